@@ -13,7 +13,7 @@ use crate::fatal::Fatal;
 use crate::options::Order;
 use crate::system::running;
 use bundle::{
-    BootFiles, ENTRIES, FileEntry, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
+    BootFiles, ENTRIES, FileEntry, ObjectId, SYSTEMS, StagedSystems, Version, copy_folder, copy_object, lay_out,
 };
 use diagnostics::chain;
 use durable::{FlushedWriter, persist, sync_folder};
@@ -30,14 +30,14 @@ const COPY: u8 = 1;
 const TRIES: u32 = 3;
 /// Writes the staged system, if there is one, to the slot in `device`, and lays it before the boot loader in `boot`.
 /// Errors: [`Fatal`]. The system that runs stays what is started.
-pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) -> Result<SystemOutcome, Fatal> {
+pub(crate) fn write(order: &Order, store: &StagedSystems, device: &Path, boot: &Path) -> Result<SystemOutcome, Fatal> {
     let (Some(running), Some(system)) = (running(&order.config.system), store.staged()?) else {
         return Ok(SystemOutcome::None);
     };
     let version = &system.release().version;
     // It may have been staged for the system before this one.
     if version <= &running {
-        store.unstage(&system)?;
+        store.drop_staged()?;
         return Ok(SystemOutcome::NoNews);
     }
     forget_others(boot, &running)?;
@@ -45,7 +45,7 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
     info!(%version, device = %device.display(), "writing a system to the other slot");
     let laid = lay(store, &root, device).and_then(|()| announce(store, &start, version, boot));
     if let Err(fatal) = laid {
-        give_up(store, &system, &fatal);
+        give_up(store, &fatal);
         return Err(fatal);
     }
     store.mark_written(&system)?;
@@ -74,7 +74,7 @@ fn forget_others(boot: &Path, running: &Version) -> Result<(), Fatal> {
 }
 
 /// Lays what is started before the boot loader: the kernel and what it needs, then the entry, which gets its name last.
-fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) -> Result<(), Fatal> {
+fn announce(store: &StagedSystems, start: &FileEntry, version: &Version, boot: &Path) -> Result<(), Fatal> {
     let mut bytes = Vec::new();
     let mut from = store.object(&start.id)?;
     copy_object(&start.id, start.size, &mut *from, &mut bytes).map_err(at("write", boot))?;
@@ -107,7 +107,7 @@ fn put(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
 }
 
 /// Writes an object of the store to the device at `path`, and reads it back from the disk.
-fn lay(store: &Store, object: &FileEntry, path: &Path) -> Result<(), Fatal> {
+fn lay(store: &StagedSystems, object: &FileEntry, path: &Path) -> Result<(), Fatal> {
     let mut from = store.object(&object.id)?;
     let open = File::options().read(true).write(true).create(true).truncate(false).open(path);
     let mut file = open.map_err(at("open", path))?;
@@ -141,11 +141,11 @@ fn room(file: &mut File) -> io::Result<Option<u64>> {
 }
 
 /// What is damaged in the store is fetched anew; whatever else went wrong may pass.
-fn give_up(store: &Store, system: &System, fatal: &Fatal) {
+fn give_up(store: &StagedSystems, fatal: &Fatal) {
     let is_damaged = matches!(fatal, Fatal::Slot { doing: "write", source, .. } if source.kind() == ErrorKind::InvalidData)
         || matches!(fatal, Fatal::Store(_));
-    if is_damaged && let Err(error) = store.unstage(system) {
-        warn!(error = chain(&error), "cannot remove a damaged system from the store");
+    if is_damaged && let Err(error) = store.drop_staged() {
+        warn!(error = chain(&error), "cannot drop a damaged system");
     }
 }
 

@@ -20,12 +20,13 @@ use crate::statements;
 use crate::status_report;
 use crate::system;
 use bundle::{
-    Admission, FetchItem, KeyError, LocalDisk, Refusal, Seal, Store, StoreError, Trust, UnreadableObject,
-    UnverifiedSeal, VerifiedBundle,
+    Admission, FetchItem, KeyError, LocalDisk, Refusal, Seal, StagedSystems, Store, StoreError, Trust,
+    UnreadableObject, UnverifiedSeal, VerifiedBundle,
 };
 use diagnostics::{Exit, chain};
 use player::{Contact, Output, clock_s, is_clock_wrong, now, up_s};
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -72,11 +73,14 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let systems = system_trust(order)?;
-    let mut store = open(order, trust(order, &systems)?, stop)?.with_system_keys(systems);
     if let Some((device, boot)) = &order.slot {
+        let store = StagedSystems::open(locked(order, stop, LocalDisk::open_to_read)?, &systems)?;
         let system = slot::write(order, &store, device, boot)?;
-        return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.state().playing()) });
+        return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.playing()) });
     }
+    let disk = locked(order, stop, LocalDisk::open)?;
+    let mut store = Store::open(Box::new(disk), trust(order, &systems)?)?.with_system_keys(systems);
+    store.remove_dropped()?;
     let rate_limit = RateLimit::new(order.config.bandwidth_kib, now());
     if order.scrub {
         scrub(&store, stop)?;
@@ -150,13 +154,13 @@ fn system_trust(order: &Order) -> Result<Trust, Fatal> {
     }
 }
 
-/// Opens the store. Waits for another updater that works on it, so that a second stick need not be put in again. A run on
+/// Opens the store's folder by `open`, which locks it. Waits for another updater that works on it, so that a second stick need not be put in again. A run on
 /// the schedule ends instead, and comes later.
-fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> {
+fn locked(order: &Order, stop: &AtomicBool, open: fn(&Path) -> io::Result<LocalDisk>) -> Result<LocalDisk, Fatal> {
     let path = &order.config.store;
     let mut is_told = false;
     let disk = loop {
-        match LocalDisk::open(path) {
+        match open(path) {
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 if order.schedule.is_some() {
                     return Err(Fatal::Busy { store: path.clone() });
@@ -172,8 +176,7 @@ fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> 
             disk => break disk,
         }
     };
-    let disk = disk.map_err(|source| StoreError::Disk { doing: "open", path: path.display().to_string(), source })?;
-    Ok(Store::open(Box::new(disk), trust)?)
+    Ok(disk.map_err(|source| StoreError::Disk { doing: "open", path: path.display().to_string(), source })?)
 }
 
 /// Refuses a source that has bundles for other units only.

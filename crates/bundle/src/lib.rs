@@ -39,8 +39,8 @@ pub use source::{STATEMENTS, Source};
 pub use start_file::{BootFiles, COPIES, ENTRIES, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
     Admission, CURRENT, Consent, CurrentGeneration, Disk, FetchItem, FetchPlan, Generation, Intake, JOINS, LocalDisk,
-    Presence, Protection, STARTS, Scrub, Shortfall, State, Store, StoreError, SystemAdmission, Trial, TrialRecorder,
-    Unknown, UnreadableObject, Verdict, plan,
+    Presence, Protection, STARTS, Scrub, Shortfall, StagedSystems, State, Store, StoreError, SystemAdmission, Trial,
+    TrialRecorder, Unknown, UnreadableObject, Verdict, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
 pub use trust::{Statement, Trust, TrustChange, TrustUpdate, statements};

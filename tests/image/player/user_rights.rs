@@ -10,7 +10,7 @@ const AS_DREAMS: &str =
     "setpriv --reuid=dreams --regid=dreams --groups=video,render --no-new-privs --bounding-set=-all";
 
 /// Commands that would make this user the owner, or root.
-const FENCED: [&str; 14] = [
+const FENCED: [&str; 17] = [
     // Whom the unit trusts, and where it looks.
     "touch /var/lib/dreams/owner/dreams.toml.new",
     "sh -c 'echo >> /var/lib/dreams/owner/dreams.toml'",
@@ -23,11 +23,15 @@ const FENCED: [&str; 14] = [
     "mv /var/lib/dreams/journal /var/lib/dreams/journals",
     "touch /var/lib/dreams/journal/mine",
     "ln -s /etc /run/dreams-mounts/sdz1",
-    "mkdir /run/dreams-slot /run/dreams-learned",
+    "mkdir /run/dreams-slot /dev/dreams",
     "mv /var/lib/dreams/store /var/lib/dreams/stores",
     // The disk below all that.
     "sh -c ': < /dev/vda'",
     "sh -c ': >> /dev/vda5'",
+    "sh -c ': >> /dev/dreams/a'",
+    "sh -c ': >> /dev/dreams/tries'",
+    // A service of the same user, by what would hijack any process: its memory.
+    "sh -c 'sleep 60 & exec 3<> /proc/$!/mem'",
 ];
 
 /// The paths that this user may write to, each once, with `N` for numbers; folders that it owns are not searched.
@@ -38,6 +42,14 @@ const WRITABLE: &str = "find / \\( -path /proc -o -path '/var/lib/dreams/store/*
 fn whoever_is_the_players_user_sets_nothing_that_is_the_owners_and_replaces_nothing_that_is_roots() {
     let (_unit, mut machine) = playing_unit().snapshot.wake();
     machine.run("mkdir -p /run/dreams-mounts");
+    // Whoever writes to partitions is another user, and can open its own partitions.
+    let node = "stat --format '%U %a' /dev/dreams/tries";
+    assert_eq!(machine.run(&format!("systemctl start dreams-learned && {node}")).trim(), "dreams-learned 600");
+    for unit in ["dreams-learned.service", "dreams-system.service", "dreams-mend@due.service"] {
+        let user = machine.run(&format!("systemctl show --property=User,SupplementaryGroups {unit}"));
+        assert!(!user.contains("User=dreams\r") && !user.contains("User=dreams\n"), "{unit}: {user}");
+        assert!(!user.contains("disk"), "{unit}: {user}");
+    }
     for words in FENCED {
         let (said, status) = machine.serial.run(&format!("{AS_DREAMS} {words}"));
         assert_ne!(status, 0, "`{words}` was done: {said}");

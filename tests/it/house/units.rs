@@ -296,10 +296,24 @@ fn whoever_has_something_to_tell_people_may_whichever_service_made_the_folder_fo
         folders.flat_map(str::split_whitespace).any(|folder| folder == "dreams-update")
     };
     let making: Vec<_> = units.iter().filter(makes).collect();
-    assert!(making.len() >= 5, "only {} services were read", making.len());
+    assert!(making.len() >= 4, "only {} services were read", making.len());
     // The group may write: the owner's service has another user.
     let lacks: Vec<_> = making.iter().filter(|(_, unit)| !unit.contains("\nRuntimeDirectoryMode=0775\n")).collect();
     assert!(lacks.is_empty(), "{lacks:?}");
+}
+
+#[test]
+fn services_that_write_to_partitions_have_other_users_than_the_player_and_no_raw_disk() {
+    let units = super::files(".service");
+    let writing: Vec<_> = units.iter().filter(|(_, unit)| unit.contains("\nDeviceAllow=block-* rw\n")).collect();
+    assert!(writing.len() >= 3, "only {} services were read", writing.len());
+    for (path, unit) in &units {
+        assert!(!unit.lines().any(|line| line.starts_with("SupplementaryGroups=") && line.contains("disk")), "{path}");
+    }
+    for (path, unit) in writing {
+        let user = unit.lines().find_map(|line| line.strip_prefix("User="));
+        assert!(user.is_some_and(|user| user != "dreams"), "{path}: {user:?}");
+    }
 }
 
 #[test]

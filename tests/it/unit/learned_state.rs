@@ -7,6 +7,7 @@ use bundle::limits;
 use claims::bundle_maker::rubbish;
 use claims::programs::{repository, succeed};
 use claims::unit::Unit;
+use rustix::fs::{CWD, Mode, mkfifoat};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -17,7 +18,7 @@ const PARTITION: usize = 1 << 20;
 
 fn learned(what: &str, device: &Path, store: &Path) {
     let script = repository().join("image-build/system/usr/bin/dreams-learned");
-    succeed(Command::new(script).arg(what).args([device, store]));
+    succeed(Command::new("timeout").arg("20").arg(script).arg(what).args([device, store]));
 }
 
 #[test]
@@ -80,5 +81,45 @@ fn as_much_as_a_store_can_know_is_kept() {
     learned("back", &device, &store);
     for slot in ["state.0", "state.1"] {
         assert!(fs::read_to_string(store.join(slot)).unwrap() == state, "{slot}");
+    }
+}
+
+#[test]
+fn links_and_pipes_in_the_place_of_the_state_are_neither_read_nor_written_through() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (device, store, elsewhere) = (at("tries"), at("store"), at("elsewhere"));
+    fs::create_dir(&store).unwrap();
+    let (state, secret) = ("dreams-state-1 0\nlearned\n", "dreams-state-1 0\nof another\n");
+    let places = || ["state.0", "state.1"].map(|name| store.join(name));
+    let link = |place: &Path| std::os::unix::fs::symlink(&elsewhere, place).unwrap();
+    let pipe = |place: &Path| mkfifoat(CWD, place, Mode::RWXU).unwrap();
+    let each = |act: &dyn Fn(&Path)| {
+        for place in places() {
+            act(&place);
+        }
+    };
+    let removed = |place: &Path| fs::remove_file(place).unwrap();
+    for put in [&link as &dyn Fn(&Path), &pipe] {
+        // The store's user puts it there, and has the service start.
+        fs::write(&device, vec![0xa5; PARTITION]).unwrap();
+        fs::write(&elsewhere, secret).unwrap();
+        each(put);
+        learned("keep", &device, &store);
+        assert!(fs::read(&device).unwrap() == vec![0xa5; PARTITION], "something was kept");
+        // What was kept before comes back in its place.
+        each(&removed);
+        each(&|place| fs::write(place, state).unwrap());
+        learned("keep", &device, &store);
+        each(&removed);
+        fs::write(&elsewhere, "of root").unwrap();
+        each(put);
+        learned("back", &device, &store);
+        assert_eq!(fs::read_to_string(&elsewhere).unwrap(), "of root");
+        for place in places() {
+            assert!(fs::symlink_metadata(&place).unwrap().is_file(), "{}", place.display());
+            assert_eq!(fs::read_to_string(&place).unwrap(), state);
+            fs::remove_file(&place).unwrap();
+        }
     }
 }

@@ -9,6 +9,7 @@ use crate::syscall_faults;
 use crate::tools::bundles::Artist;
 use claims::programs::{self, json, output};
 use claims::systems::make_halves;
+use rustix::process::geteuid;
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -308,6 +309,46 @@ fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it(
         assert_eq!(unit_files.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{case}");
     });
     assert!(broken > 20, "only {broken} steps were seen");
+}
+
+#[test]
+fn whoever_writes_the_slot_only_reads_the_store_but_for_the_names_of_systems() {
+    let unit_files = UnitFiles::new();
+    unit_files.pack("0.2.0", &[]);
+    unit_files.fetched();
+    // As another user of the store's group: the mode of files holds root, too, without its capabilities.
+    let store = unit_files.at("store");
+    let mode = |change: &str| {
+        programs::succeed(Command::new("chmod").args(["--recursive", change]).arg(&store));
+        programs::succeed(Command::new("chmod").arg("u+w").arg(store.join("system")));
+    };
+    let write = || {
+        mode("a-w");
+        let writer = unit_files.writer();
+        let mut bound = Command::new(if geteuid().is_root() { "setpriv" } else { "env" });
+        if geteuid().is_root() {
+            bound.args(["--bounding-set", "-all"]);
+        }
+        let said = output(bound.arg(writer.get_program()).args(writer.get_args()));
+        mode("u+w");
+        said
+    };
+    // A damaged half is not written. It is fetched again.
+    let half = store.join(object(&unit_files, "0.2.0/root.img"));
+    fs::remove_file(&half).unwrap();
+    fs::write(&half, vec![0; 200_000]).unwrap();
+    let said = write();
+    assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stdout));
+    assert!(!store.join("system/staged").exists(), "it is not tried again");
+    assert_eq!(unit_files.entries(), ["dreams_0.1.0_1+1.conf"]);
+    assert_eq!(unit_files.fetched(), serde_json::json!({ "staged": "0.2.0" }));
+    assert!(!store.join("system/dropped").exists());
+
+    let said = write();
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(json(&said)["system"], serde_json::json!({ "written": "0.2.0" }));
+    assert!(unit_files.slot_is("0.2.0"));
+    assert_eq!(unit_files.fetched(), "no-news", "it has its chance, once");
 }
 
 /// The path in a bundle of the content of this file.

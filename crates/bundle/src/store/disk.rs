@@ -89,6 +89,17 @@ impl LocalDisk {
         Ok(Self { root, _lock: Some(lock) })
     }
 
+    /// Opens the existing folder at `path`, and locks it: as [`LocalDisk::open`], for a user that may only read it.
+    ///
+    /// # Errors
+    /// Those of [`LocalDisk::open`]; [`io::ErrorKind::NotFound`] if no updater has worked there.
+    pub fn open_to_read(path: &Path) -> io::Result<Self> {
+        let root = Root::open(path)?;
+        let lock = File::from(root.at("lock", OFlags::RDONLY, 0)?);
+        rustix::fs::flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
+        Ok(Self { root, _lock: Some(lock) })
+    }
+
     /// Opens the existing folder at `path` without the updater's lock.
     pub(crate) fn open_shared(path: &Path) -> io::Result<Self> {
         Ok(Self { root: Root::open(path)?, _lock: None })

@@ -51,7 +51,7 @@ pub use disk::{Disk, LocalDisk, Protection};
 pub use intake::Intake;
 pub use plan::{FetchItem, FetchPlan, Presence, Shortfall, plan};
 pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
-pub use systems::SystemAdmission;
+pub use systems::{StagedSystems, SystemAdmission};
 pub use trial::{CurrentGeneration, TrialRecorder};
 pub use upkeep::{Scrub, UnreadableObject};
 
