@@ -241,7 +241,7 @@ impl ClipSource {
         let path = &leg.clip.path;
         let file = path.inside(&self.generation.folder);
         let open = || Clip::open(&file, &self.form, leg.clip.frames);
-        let opened = self.retry_on_shortage(path, open, ClipError::is_shortage, SHORTAGE_TRIES);
+        let opened = retry_on_shortage(&self.faults, path, open, ClipError::is_shortage, SHORTAGE_TRIES);
         let mut is_missing = false;
         let admitted = match opened {
             Ok(clip) if number == 1 => Some(clip),
@@ -268,7 +268,7 @@ impl ClipSource {
     fn is_authentic(&self, path: &ClipPath, hash: Option<ClipHash>) -> bool {
         let Some(expected) = hash else { return true };
         let hashed = || File::open(path.inside(&self.generation.folder)).and_then(ClipHash::of);
-        let message = match self.retry_on_shortage(path, hashed, video::is_shortage, u32::MAX) {
+        let message = match retry_on_shortage(&self.faults, path, hashed, video::is_shortage, u32::MAX) {
             Ok(found) if found == expected => return true,
             // It is no fault: the path goes over to the other manifest.
             Ok(_) if self.generation.is_being_replaced() => return false,
@@ -280,26 +280,26 @@ impl ClipSource {
         self.faults.once(Kind::DamagedClip, path.as_str(), message);
         false
     }
+}
 
-    /// Does something with a clip, as often as it fails because the machine is short of something; `most` times at most.
-    fn retry_on_shortage<T, E: Error + 'static>(
-        &self,
-        clip: &ClipPath,
-        work: impl Fn() -> Result<T, E>,
-        is_shortage: impl Fn(&E) -> bool,
-        most: u32,
-    ) -> Result<T, E> {
-        let mut tries = 0;
-        loop {
-            tries += 1;
-            match work() {
-                Err(error) if tries < most && is_shortage(&error) => {
-                    let message = format!("cannot open clip `{}` yet: {}", clip.as_str(), chain(&error));
-                    self.faults.once(Kind::MissingClip, "shortage", message);
-                    thread::park_timeout(SHORTAGE_PAUSE);
-                }
-                done => return done,
+/// Does something with a clip, as often as it fails because the machine is short of something; `most` times at most.
+fn retry_on_shortage<T, E: Error + 'static>(
+    faults: &Faults,
+    clip: &ClipPath,
+    work: impl Fn() -> Result<T, E>,
+    is_shortage: impl Fn(&E) -> bool,
+    most: u32,
+) -> Result<T, E> {
+    let mut tries = 0;
+    loop {
+        tries += 1;
+        match work() {
+            Err(error) if tries < most && is_shortage(&error) => {
+                let message = format!("cannot open clip `{}` yet: {}", clip.as_str(), chain(&error));
+                faults.once(Kind::MissingClip, "shortage", message);
+                thread::park_timeout(SHORTAGE_PAUSE);
             }
+            done => return done,
         }
     }
 }

@@ -30,6 +30,10 @@ const QUIET: Duration = Duration::from_millis(250);
 /// The longest wait for a frame while nothing is lit.
 const PATIENCE: Duration = Duration::from_millis(50);
 
+/// How long a frame may be held, while clips are to come, before the watchdog restarts the player. A clip that cannot be
+/// read at the moment is given up earlier.
+const LONGEST_HOLD: Duration = Duration::from_mins(2);
+
 /// What the presenter shares with other threads.
 pub(crate) struct PresenterHandles<'a> {
     pub(crate) recorder: Recorder,
@@ -72,6 +76,8 @@ pub(crate) struct Presenter<'a, F> {
     tally: Tally,
     /// When the watchdog was fed last.
     fed: Nanos,
+    /// When a frame was lit last that was not lit already.
+    moved: Nanos,
     /// The brightness and the owner's settings that the screen has.
     lighting: Lighting,
     output: Option<Arc<OutputSettings>>,
@@ -111,6 +117,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
             pacing: Pacing::new(format.fps, format.fps),
             tally: Tally::default(),
             fed: Nanos(0),
+            moved: Nanos(0),
             lighting: Lighting::FULL,
             output: None,
             buffer: PaneBuffer::default(),
@@ -280,7 +287,14 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         let (clip, frame, hash) = (shown.scheduled.clone(), shown.in_clip, shown.hash);
         self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash, mark: self.buffer.mark });
         self.handles.view.flipped(shown, self.tally_now(), at);
-        self.feed(at);
+        let is_proof = matches!(self.playback, Playback::Proving(_));
+        // The fault card is held for as long as there is no clip.
+        if !is_proof || shown.scheduled.is_none() {
+            self.moved = at;
+        }
+        if u128::from(at.since(self.moved)) <= LONGEST_HOLD.as_nanos() {
+            self.feed(at);
+        }
         Some(Event::Flipped)
     }
 

@@ -2,16 +2,17 @@
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
-use super::{ClipSource, Strikes, Successor};
+use super::{ClipSource, Strikes, Successor, retry_on_shortage};
 use crate::pipeline::decoder::{ClipEnd, Order};
 use crate::pipeline::grey_clip::{SIZE, encode};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Fault, Faults, SharedView};
 use crate::stream::{Generation, Plan, ScheduledClip, path};
-use flock::{ClipHash, Flock, Itinerary, Manifest};
-use std::cell::RefCell;
+use flock::{ClipHash, ClipPath, Flock, Itinerary, Manifest};
+use std::cell::{Cell, RefCell};
 use std::fmt::Write;
 use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -258,4 +259,24 @@ fn a_path_goes_on_where_it_was_left_unless_another_seed_is_asked_for() {
     assert_eq!(left[1..], clips(walked)[..19]);
     assert_eq!(clips(path(&flock, Some(place), Some(8))), clips(path(&flock, None, Some(8))));
     assert_ne!(clips(path(&flock, None, None)), clips(path(&flock, None, None)));
+}
+
+#[test]
+fn a_machine_short_of_something_is_waited_for_and_not_for_ever() {
+    let (tell, told) = channel();
+    let faults = Faults::new(move |fault: Fault| tell.send(fault).unwrap_or_default());
+    let clip = ClipPath::new("loops/a.mp4").unwrap();
+    let tries = Cell::new(0);
+    let short = |until: u32| {
+        tries.set(0);
+        let work = || -> io::Result<u32> {
+            tries.set(tries.get() + 1);
+            if tries.get() < until { Err(ErrorKind::OutOfMemory.into()) } else { Ok(tries.get()) }
+        };
+        retry_on_shortage(&faults, &clip, work, |error| error.kind() == ErrorKind::OutOfMemory, 4)
+    };
+    assert_eq!(short(3).unwrap(), 3);
+    assert_eq!(short(9).unwrap_err().kind(), ErrorKind::OutOfMemory, "what looks like a shortage each time is none");
+    assert_eq!(tries.get(), 4);
+    assert_eq!(told.try_iter().count(), 1, "it is told once");
 }

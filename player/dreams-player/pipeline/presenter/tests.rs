@@ -402,6 +402,24 @@ fn a_frame_held_for_long_is_lit_again_once_a_second_so_that_the_watchdog_knows()
 }
 
 #[test]
+fn the_watchdog_hears_nothing_more_of_a_frame_that_is_held_for_minutes_until_another_is_lit() {
+    let alive = |minutes: u32| {
+        let evening = Evening::of(30, &scheduled_clips(1, 3));
+        let seen = evening.delayed(1, minutes * 60 * 60).watch();
+        seen.records.iter().filter(|record| matches!(record, Record::Alive)).count()
+    };
+    let [two, ten] = [2, 10].map(alive);
+    assert!((115..=125).contains(&two), "{two}: once a second");
+    assert!((two..=two + 3).contains(&ten), "{ten} in ten minutes, {two} in two");
+    // The fault card waits for clips for ever.
+    let mut card = Evening::of(30, &scheduled_clips(1, 2)).delayed(0, 5 * 60 * 60);
+    card.things.insert(0, (0, NextFrame::Barren));
+    let seen = card.watch();
+    let alive = seen.records.iter().filter(|record| matches!(record, Record::Alive)).count();
+    assert!(alive >= 295, "{alive}");
+}
+
+#[test]
 fn a_flock_without_a_playable_clip_shows_the_fault_card_until_there_is_one() {
     let mut evening = Evening::of(30, &scheduled_clips(1, 2)).delayed(0, 30);
     evening.things.insert(0, (0, NextFrame::Barren));
