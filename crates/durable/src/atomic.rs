@@ -22,7 +22,7 @@ pub fn replace(folder: &dyn Storage, path: &str, bytes: &[u8]) -> io::Result<()>
     // A power cut may have left it, with other permissions.
     folder.remove(&new)?;
     let write = || -> io::Result<()> {
-        let mut file = folder.append(&new)?;
+        let mut file = folder.create(&new)?;
         file.write_all(bytes)?;
         file.sync()
     };
@@ -104,7 +104,9 @@ pub fn sync_file_systems<'a>(folders: impl IntoIterator<Item = &'a Path>) -> io:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::storage::Append;
     use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::path::PathBuf;
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777
@@ -131,6 +133,52 @@ mod tests {
         save(&path, b"after").unwrap();
         assert_eq!(fs::read(&real).unwrap(), b"after");
         assert!(fs::symlink_metadata(&path).unwrap().is_symlink());
+    }
+
+    /// A folder in which another user puts a link at every name that is removed.
+    struct Shared {
+        folder: LocalFolder,
+        path: PathBuf,
+        elsewhere: PathBuf,
+    }
+
+    impl Storage for Shared {
+        fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
+            self.folder.read(path, limit)
+        }
+
+        fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+            self.folder.append(path)
+        }
+
+        fn create(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+            self.folder.create(path)
+        }
+
+        fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+            self.folder.rename(from, to)
+        }
+
+        fn remove(&self, path: &str) -> io::Result<()> {
+            self.folder.remove(path)?;
+            symlink(&self.elsewhere, self.path.join(path))
+        }
+
+        fn sync_folder(&self, path: &str) -> io::Result<()> {
+            self.folder.sync_folder(path)
+        }
+    }
+
+    #[test]
+    fn nothing_is_written_through_a_link_that_another_user_of_the_folder_puts_there_in_time() {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let other = elsewhere.path().join("b");
+        fs::write(&other, "before").unwrap();
+        let path = folder.path().to_owned();
+        let shared = Shared { folder: LocalFolder::new(&path), path, elsewhere: other.clone() };
+        assert_eq!(replace(&shared, "a", b"after").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read(&other).unwrap(), b"before");
+        assert!(!folder.path().join("a").exists());
     }
 
     #[test]

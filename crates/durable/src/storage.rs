@@ -30,6 +30,12 @@ pub trait Storage {
     /// Opens a file at its end; makes it if there is none.
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>>;
 
+    /// Makes a file, and opens it.
+    /// Errors: What the disk says; where others may write, also [`io::ErrorKind::AlreadyExists`] if there is one again.
+    fn create(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        self.append(path)
+    }
+
     /// Gives a file another name; a file that had this name is gone.
     fn rename(&self, from: &str, to: &str) -> io::Result<()>;
 
@@ -66,15 +72,9 @@ impl LocalFolder {
         whole.push(path);
         whole.into()
     }
-}
 
-impl Storage for LocalFolder {
-    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
-        read_plain(&self.path(path), limit)
-    }
-
-    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
-        let file = OpenOptions::new().append(true).create(true).mode(self.mode).open(self.path(path))?;
+    fn open(&self, path: &str, options: &mut OpenOptions) -> io::Result<Box<dyn Append + '_>> {
+        let file = options.mode(self.mode).open(self.path(path))?;
         if let Some(like) = &self.like {
             file.set_permissions(like.permissions())?;
             let now = file.metadata()?;
@@ -84,6 +84,21 @@ impl Storage for LocalFolder {
             }
         }
         Ok(Box::new(file))
+    }
+}
+
+impl Storage for LocalFolder {
+    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
+        read_plain(&self.path(path), limit)
+    }
+
+    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        self.open(path, OpenOptions::new().append(true).create(true))
+    }
+
+    fn create(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        // No link is followed, which another user of the folder may have put there.
+        self.open(path, OpenOptions::new().append(true).create_new(true))
     }
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
