@@ -305,7 +305,7 @@ fn whoever_has_something_to_tell_people_may_whichever_service_made_the_folder_fo
 #[test]
 fn services_that_write_to_partitions_have_other_users_than_the_player_and_no_raw_disk() {
     let units = super::files(".service");
-    let writing: Vec<_> = units.iter().filter(|(_, unit)| unit.contains("\nDeviceAllow=block-* rw\n")).collect();
+    let writing: Vec<_> = units.iter().filter(|(_, unit)| unit.contains("\nDeviceAllow=block-* rwm\n")).collect();
     assert!(writing.len() >= 3, "only {} services were read", writing.len());
     for (path, unit) in &units {
         assert!(!unit.lines().any(|line| line.starts_with("SupplementaryGroups=") && line.contains("disk")), "{path}");
