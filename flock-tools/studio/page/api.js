@@ -1,9 +1,10 @@
 // What the page asks the program, and what the program tells it.
 //
-// Owns the session, whose secret all tabs of this port share, the order of edits, and the stream of events. Every edit names the revision that the page shows; edits
-// are sent one after the other, so that the second names the revision that the first made. Never draws: what is to be said
-// goes through `said`, what is to be asked through `confirm`, which `app.js` sets.
+// Owns the order of edits, and the stream of events; what the session knows is in `session.js`. Every edit names the revision
+// that the page shows; edits are sent one after the other, so that the second names the revision that the first made. Never
+// draws: what is to be said goes through `said`, what is to be asked through `confirm`, which `app.js` sets.
 
+import { bare, begin, secret } from './session.js'
 import { way } from './store.js'
 
 export class Refused extends Error {
@@ -15,13 +16,10 @@ export class Refused extends Error {
   }
 }
 
-const SECRET = 'dreams-studio-secret'
-
 export class Api {
   /** @param {import('./store.js').Store} store */
   constructor(store) {
     this.store = store
-    this.secret = ''
     this.queue = Promise.resolve()
     this.gestures = 0
     /** When this page last changed something. */
@@ -44,10 +42,8 @@ export class Api {
     const token = location.hash.slice(1)
     if (token && !token.startsWith('/')) {
       history.replaceState(null, '', location.pathname)
-      this.secret = (await this.ask('POST', '/session', { token })).secret
-      localStorage.setItem(SECRET, this.secret)
+      begin(await this.ask('POST', '/session', { token }))
     }
-    this.secret ||= localStorage.getItem(SECRET) ?? ''
     this.closed = false
     await this.listen()
   }
@@ -60,8 +56,8 @@ export class Api {
    * @returns {Promise<any>} the answer; undefined if it is empty
    */
   async ask(method, path, body, signal) {
-    /** @type {Record<string, string>} */ const headers = {}
-    if (method !== 'GET') Object.assign(headers, { 'Content-Type': 'application/json', 'X-Studio-Secret': this.secret })
+    /** @type {Record<string, string>} */ const headers = { 'X-Studio-Secret': secret() }
+    if (method !== 'GET') headers['Content-Type'] = 'application/json'
     const sent = method === 'GET' ? undefined : JSON.stringify(body ?? {})
     let answer
     try {
@@ -217,7 +213,7 @@ export class Api {
    */
   listen() {
     this.events?.close()
-    const events = this.events = new EventSource('/events')
+    const events = this.events = new EventSource(bare('/events'))
     return new Promise((resolve, reject) => {
       const refresh = () => { this.after(() => this.refresh()).then(resolve, error => { reject(error); this.failed(error) }) }
       this.hear(events, refresh)

@@ -5,6 +5,8 @@
 //
 // Start at [`watch`].
 
+import { media } from './session.js'
+
 /** Milliseconds between two questions. */
 const PACE = 200
 /** As all clips that the program makes. */
@@ -20,7 +22,7 @@ const pause = () => new Promise(resolve => setTimeout(resolve, PACE))
  * @param {() => Job | null} job what makes it, as it is now; null if it is made
  */
 export async function watch(video, key, job) {
-  const url = `/media/preview/${encodeURIComponent(key)}`, source = 'MediaSource' in globalThis ? new MediaSource() : null
+  const source = 'MediaSource' in globalThis ? new MediaSource() : null
   const place = source && URL.createObjectURL(source)
   if (source && place) {
     const opened = new Promise(resolve => source.addEventListener('sourceopen', resolve, { once: true }))
@@ -34,12 +36,12 @@ export async function watch(video, key, job) {
     if (now?.state === 'failed' || now?.state === 'cancelled') throw new Error(now.error ?? 'it was cancelled')
     if (!source || !buffer) {
       if (now && now.state !== 'done') continue
-      video.src = url
+      video.src = media('preview', key)
       return true
     }
     // The file is there when its first frame is drawn.
     if (now && now.state !== 'done' && !now.done) continue
-    const answer = await fetch(`${url}?from=${from}`)
+    const answer = await fetch(media('preview', key, { from: String(from) }))
     if (!answer.ok) throw new Error(`the studio answers ${answer.status}`)
     const data = await answer.arrayBuffer()
     if (!video.isConnected) break

@@ -7,6 +7,7 @@
 
 import { button, draw, make, styled } from './dom.js'
 import { dim, kindOf, quiet, SPECIES } from './parts.js'
+import { media } from './session.js'
 import { digits, short, times, why } from './words.js'
 
 const WIDE = 108, HIGH = 132, SIZE = 30, MOST = 400, MOST_NAMED = 90, MOST_TRIES = 40
@@ -127,7 +128,7 @@ class Lineage {
     this.seer = new IntersectionObserver(seen => {
       for (const { target, isIntersecting } of seen) {
         const image = isIntersecting && target.querySelector('image')
-        if (image && !image.hasAttribute('href')) image.setAttribute('href', `/media/strip/${encodeURIComponent(image.dataset.strip ?? '')}`)
+        if (image && !image.hasAttribute('href')) image.setAttribute('href', media('strip', image.dataset.strip ?? ''))
       }
     }, { rootMargin: '200px' })
     root.append(make('div', { class: 'split' },
@@ -298,7 +299,7 @@ class Lineage {
   later(image) {
     const tries = Number(image.dataset.tries ?? 0)
     image.dataset.tries = String(tries + 1)
-    if (tries < MOST_TRIES) setTimeout(() => { if (this.open && image.isConnected) image.setAttribute('href', `/media/strip/${encodeURIComponent(image.dataset.strip ?? '')}?${tries}`) }, 1500)
+    if (tries < MOST_TRIES) setTimeout(() => { if (this.open && image.isConnected) image.setAttribute('href', media('strip', image.dataset.strip ?? '', { tries: String(tries) })) }, 1500)
   }
 
   drawEdges() {

@@ -7,6 +7,7 @@
 
 import { make, styled } from './dom.js'
 import { dim, markBad, quiet, ready } from './parts.js'
+import { media } from './session.js'
 import { way } from './store.js'
 import { short } from './words.js'
 
@@ -26,7 +27,7 @@ export const able = () => Boolean(VideoDecoder && globalThis.isSecureContext)
  * @returns {Promise<Packets>}
  */
 export async function packets(key, from = 0, to = 2 ** 32 - 1) {
-  const answer = await fetch(`/media/packets/${encodeURIComponent(key)}?from=${from}&to=${to}`)
+  const answer = await fetch(media('packets', key, { from: String(from), to: String(to) }))
   if (!answer.ok) throw new Error(`the clip cannot be read: the studio answers ${answer.status}`)
   const bytes = new Uint8Array(await answer.arrayBuffer())
   const long = new DataView(bytes.buffer).getUint32(0, true)

@@ -5,6 +5,7 @@
 
 import { read } from './fragments.js'
 import { endOf, pieceAt, video } from './pieces.js'
+import { media } from './session.js'
 import { Turns } from './turns.js'
 
 /** @typedef {import('./pieces.js').Piece} Piece */
@@ -36,7 +37,7 @@ export function player(stage, fps, told, plain = false) {
  * @returns {() => void} what ends it
  */
 export function loopOf(video, key, fps) {
-  const url = `/media/fragments/${encodeURIComponent(key)}`
+  const url = media('fragments', key)
   if (!('MediaSource' in globalThis && 'requestVideoFrameCallback' in video)) {
     Object.assign(video, { src: url, loop: true, muted: true })
     video.play().catch(() => {})

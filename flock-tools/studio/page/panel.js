@@ -9,6 +9,7 @@ import { against, stateOf, tilt } from './cell.js'
 import { button, make, styled } from './dom.js'
 import { watch } from './growing.js'
 import { tint } from './ratio.js'
+import { media } from './session.js'
 import { level, slider } from './sliders.js'
 import { way } from './store.js'
 import { digits, minutes, percent, spoken, times, why } from './words.js'
@@ -278,7 +279,7 @@ export class Panel {
         if (!await this.ready(told.job.id, into)) return
         told = await ask()
       }
-      into.replaceChildren(...[1, 2, 3].map(at => make('img', { src: `/media/middle/${encodeURIComponent(told.key)}?at=${at}`, alt: `${from} to ${to} at ${at} quarter${at > 1 ? 's' : ''}`, decoding: 'async', class: 'thumb' })))
+      into.replaceChildren(...[1, 2, 3].map(at => make('img', { src: media('middle', told.key, { at: String(at) }), alt: `${from} to ${to} at ${at} quarter${at > 1 ? 's' : ''}`, decoding: 'async', class: 'thumb' })))
       if (told.figures?.flagged) into.append(make('p', { class: 'bad' }, 'dim or flat in the middle'))
     } catch (error) {
       into.replaceChildren(make('p', { class: 'note' }, `No pictures of the middle: ${why(error)}`))

@@ -7,6 +7,7 @@
 // Start at [`Strips`].
 
 import { styled } from './dom.js'
+import { media } from './session.js'
 
 const PICTURES = 24
 const ACROSS = 6
@@ -203,7 +204,7 @@ export class Strips {
 /** @param {string} key */
 async function loaded(key) {
   const strip = new Image()
-  strip.src = `/media/strip/${encodeURIComponent(key)}`
+  strip.src = media('strip', key)
   await strip.decode()
   return strip
 }

@@ -9,6 +9,7 @@ import { player } from './mse.js'
 import { pieceAt } from './pieces.js'
 import { loupe } from './loupe.js'
 import { Ways } from './ways.js'
+import { media } from './session.js'
 import { way } from './store.js'
 import { digits, percent, short } from './words.js'
 
@@ -210,7 +211,7 @@ class Walk {
   /** @param {WalkClip} clip @returns {import('./pieces.js').Piece} */
   piece(clip) {
     const { start_frame: start, frames, fragments, preview } = clip
-    const url = fragments ? `/media/fragments/${encodeURIComponent(fragments)}` : preview ? `/media/preview/${encodeURIComponent(preview)}` : null
+    const url = fragments ? media('fragments', fragments) : preview ? media('preview', preview) : null
     return { start, frames, url, note: `${this.named(clip)} is not rendered yet` }
   }
 

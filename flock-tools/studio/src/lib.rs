@@ -10,6 +10,7 @@
 //! | `lock.rs` | the value behind a mutex |
 //! | `answer.rs` | how a request is read, and answered with JSON or a sentence |
 //! | `page.rs` | the files of the page |
+//! | `connections.rs` | which connections are held, and which one makes room |
 //! | `server.rs` | the sockets, and how long a request may take |
 //! | `fence` | which requests are let in, and the headers of every answer |
 //! | `events` | the stream of events, and what a page has missed |
@@ -31,6 +32,7 @@
 mod answer;
 mod breeding;
 mod command;
+mod connections;
 mod document;
 mod events;
 mod fence;

@@ -1,7 +1,7 @@
 //! The sockets, and how long a connection may take.
 //!
-//! Owns that only this machine is listened to, and that strangers on it can hold few connections, each for a short time
-//! unless it asks for something. Never judges a request: `fence` does.
+//! Owns that only this machine is listened to, and how long a connection may be silent. Never judges a request: `fence`
+//! does, and `connections` knows which connection makes room for another.
 //!
 //! Start at [`Server::bind`].
 
@@ -12,17 +12,20 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-/// The most connections at once.
-const MOST_CONNECTIONS: usize = 256;
+use crate::connections::{Connections, Place};
+
 /// The longest time until a connection has sent the head of its next request.
 const LONGEST_HEAD: Duration = Duration::from_secs(30);
 /// The most bytes of a head.
@@ -90,11 +93,11 @@ impl Server {
     /// Errors: If the sockets cannot be used.
     pub(crate) async fn serve(self, router: Router, stop: impl Future<Output = ()> + Send + 'static) -> io::Result<()> {
         let (stopping, stopped) = watch::channel(false);
-        let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+        let held = Arc::new(Connections::default());
         let mut accepting = JoinSet::new();
         for listener in self.listeners {
             let listener = TcpListener::from_std(listener)?;
-            accepting.spawn(accept(listener, router.clone(), Arc::clone(&places), stopped.clone()));
+            accepting.spawn(accept(listener, router.clone(), Arc::clone(&held), stopped.clone()));
         }
         stop.await;
         // The receivers are in the tasks, which may all be over.
@@ -106,7 +109,7 @@ impl Server {
 }
 
 /// Accepts connections until the server is to end; then waits for those that are being answered.
-async fn accept(listener: TcpListener, router: Router, places: Arc<Semaphore>, mut stopped: watch::Receiver<bool>) {
+async fn accept(listener: TcpListener, router: Router, held: Arc<Connections>, mut stopped: watch::Receiver<bool>) {
     let mut connections = JoinSet::new();
     loop {
         let stream = tokio::select! {
@@ -119,27 +122,28 @@ async fn accept(listener: TcpListener, router: Router, places: Arc<Semaphore>, m
             sleep(REST).await;
             continue;
         };
-        // Without a place the connection is dropped.
-        let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
-        let (router, stopped) = (router.clone(), stopped.clone());
-        connections.spawn(async move {
-            answer(stream, router, stopped).await;
-            drop(place);
-        });
+        connections.spawn(answer(stream, router.clone(), held.enter(), stopped.clone()));
     }
     while connections.join_next().await.is_some() {}
 }
 
-async fn answer(stream: TcpStream, router: Router, mut stopped: watch::Receiver<bool>) {
+async fn answer(stream: TcpStream, router: Router, place: Arc<Place>, mut stopped: watch::Receiver<bool>) {
     // A small answer is not held back for the next one.
     let _ = stream.set_nodelay(true);
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(LONGEST_HEAD).max_buf_size(MOST_HEAD_BYTES);
-    let connection = http.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+    let (inside, own) = (TowerToHyperService::new(router), Arc::clone(&place));
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        own.heard();
+        request.extensions_mut().insert(Arc::clone(&own));
+        inside.call(request)
+    });
+    let connection = http.serve_connection(TokioIo::new(stream), service);
     let mut connection = std::pin::pin!(connection);
     // What goes wrong on a connection is the other end's: it is closed.
     tokio::select! {
         _ = connection.as_mut() => return,
+        () = place.needed() => return,
         _ = stopped.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
     }
     let _ = connection.await;

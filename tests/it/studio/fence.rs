@@ -6,6 +6,8 @@
 use claims::studio::running::Studio;
 use claims::studio::sheep::{SECRET_WORD, files, ring};
 use serde_json::json;
+use std::fs;
+use std::path::Path;
 
 /// A request that must be refused: what is forged, its status, and its lines.
 type Forgery = (&'static str, u16, String);
@@ -15,6 +17,8 @@ const ORIGIN: &str = "Origin: {origin}\r\n";
 const KIND: &str = "Content-Type: application/json\r\n";
 const SECRET: &str = "X-Studio-Secret: {secret}\r\n";
 const COOKIE: &str = "Host: {host}\r\nCookie: {cookie}\r\n";
+/// The source of the routes, from the folder of the claims.
+const ROUTES: &str = "../flock-tools/studio/src/routes";
 const EDIT: &str = r#"{"revision":null,"gesture":null,"edits":[{"do":"want","sheep":"s1","value":7}],"force":true}"#;
 
 fn read(line: &str, headers: &str) -> String {
@@ -56,6 +60,15 @@ fn names_and_cookies() -> Vec<Forgery> {
         ),
         ("events without a cookie", 401, read("GET /events", "Host: {host}\r\n")),
         ("pictures without a cookie", 401, read("GET /media/strip/s1", "Host: {host}\r\n")),
+        ("the flock with the cookie alone, which goes to every port", 403, read("GET /api/state", COOKIE)),
+        ("events with the cookie alone", 403, read("GET /events", COOKIE)),
+        ("pictures with the cookie alone", 403, read("GET /media/strip/s1", COOKIE)),
+        ("the flock with what pictures are asked for with", 403, read("GET /api/state?look={look}", COOKIE)),
+        (
+            "a guessed address of a picture",
+            403,
+            read("GET /media/strip/s1?look=00000000000000000000000000000000", COOKIE),
+        ),
         (
             "a guessed token",
             401,
@@ -100,7 +113,7 @@ fn forms() -> Vec<Forgery> {
         ("a form's type", 415, edits(&[ORIGIN, SECRET, "Content-Type: application/x-www-form-urlencoded\r\n"])),
         ("the type that needs no leave", 415, edits(&[ORIGIN, SECRET, "Content-Type: text/plain\r\n"])),
         ("no type", 415, edits(&[ORIGIN, SECRET])),
-        ("a change by reading", 405, read("GET /api/undo", COOKIE)),
+        ("a change by reading", 405, read("GET /api/undo", &[COOKIE, SECRET].concat())),
         ("a method that no page uses", 405, change("PUT /api/edits", &[ORIGIN, KIND, SECRET].concat(), EDIT)),
         (
             "a question for leave",
@@ -140,6 +153,38 @@ fn a_forged_request_reads_and_changes_nothing() {
     assert!(studio.manifest().contains("want = 7.0"), "{}", studio.manifest());
 }
 
+/// The paths of all routes that are read, with a name that nothing has in the place of names.
+fn read_routes() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(ROUTES);
+    let texts = fs::read_dir(folder).unwrap().map(|file| fs::read_to_string(file.unwrap().path()).unwrap());
+    let whole: String = texts.collect();
+    let routes = whole.split(".route(\"").skip(1).filter_map(|rest| rest.split_once("\", get("));
+    let paths = routes.map(|(path, _)| path.replace("{key}", "none").replace("{id}", "none"));
+    let mut all: Vec<String> = paths.filter(|path| !path.contains('"')).collect();
+    all.push("/events".to_owned());
+    all
+}
+
+#[test]
+fn whoever_has_the_cookie_alone_reads_no_route() {
+    let flock = ring(SECRET_WORD, 4, 1);
+    let studio = Studio::of(flock.path());
+    let all = read_routes();
+    assert!(all.len() >= 18 && all.contains(&"/media/preview/none".to_owned()), "{all:?}");
+    for path in all {
+        let answer = studio.forge(&read(&format!("GET {path}"), COOKIE));
+        let why = String::from_utf8_lossy(&answer.body).into_owned();
+        assert!(answer.status == 403 && why.contains("only a page of this session knows"), "{path}: {why}");
+        if path == "/events" {
+            // The stream does not end.
+            continue;
+        }
+        let status = studio.ask("GET", &path, None).status;
+        assert!(![401, 403, 500].contains(&status), "{path} with the secret is answered {status}");
+        assert!(!path.starts_with("/api/") || status == 200 || path == "/api/walk", "{path}: {status}");
+    }
+}
+
 #[test]
 fn every_answer_forbids_what_no_page_of_ours_needs() {
     let flock = ring(SECRET_WORD, 4, 1);
@@ -174,7 +219,7 @@ fn the_address_of_ipv6_is_fenced_like_that_of_ipv4() {
     let folder = ring(SECRET_WORD, 3, 0);
     let studio = Studio::of(folder.path());
     let asked = |host: &str, cookie: &str| {
-        let request = read("GET /api/state", &format!("Host: {host}\r\nCookie: {cookie}\r\n"));
+        let request = read("GET /api/state", &format!("Host: {host}\r\nCookie: {cookie}\r\n{SECRET}"));
         let answer = studio.forge_at("::1", &request);
         (answer.status, String::from_utf8_lossy(&answer.body).contains(SECRET_WORD))
     };

@@ -28,6 +28,7 @@ pub struct Studio {
     token: String,
     cookie: String,
     secret: String,
+    look: String,
 }
 
 /// An answer: its status, its head in lower case, its body.
@@ -91,7 +92,8 @@ impl Studio {
         let port = place.strip_prefix("http://127.0.0.1:").and_then(|port| port.parse().ok());
         let port = port.unwrap_or_else(|| panic!("no port in `{line}`"));
         let (folder, token) = (folder.to_owned(), token.to_owned());
-        let mut studio = Self { child, _told: told, folder, port, token, cookie: String::new(), secret: String::new() };
+        let (cookie, secret, look) = (String::new(), String::new(), String::new());
+        let mut studio = Self { child, _told: told, folder, port, token, cookie, secret, look };
         studio.begin_session();
         studio
     }
@@ -125,17 +127,21 @@ impl Studio {
         assert_eq!(answer.status, 200, "{answer:?}");
         let cookie = answer.header("set-cookie").expect("a session has a cookie");
         cookie.split(';').next().unwrap_or_default().clone_into(&mut self.cookie);
-        answer.json()["secret"].as_str().expect("a session has a secret").clone_into(&mut self.secret);
+        let told = answer.json();
+        told["secret"].as_str().expect("a session has a secret").clone_into(&mut self.secret);
+        told["look"].as_str().expect("a session has what pictures are asked for with").clone_into(&mut self.look);
     }
 
     /// The answer to a request as the page sends it.
     pub fn ask(&self, method: &str, path: &str, body: Option<&Value>) -> Answer {
-        let head = format!("{method} {path} HTTP/1.1\r\nHost: {{host}}\r\nCookie: {{cookie}}\r\n");
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {{host}}\r\nCookie: {{cookie}}\r\nX-Studio-Secret: {{secret}}\r\n"
+        );
         if method == "GET" {
             return self.forge(&(head + "\r\n"));
         }
         let text = body.map(Value::to_string).unwrap_or_default();
-        let kind = "Origin: {origin}\r\nContent-Type: application/json\r\nX-Studio-Secret: {secret}\r\n";
+        let kind = "Origin: {origin}\r\nContent-Type: application/json\r\n";
         self.forge(&format!("{head}{kind}Content-Length: {}\r\n\r\n{text}", text.len()))
     }
 
@@ -155,7 +161,7 @@ impl Studio {
     }
 
     /// The answer to `request`, byte by byte but for its holes: `{host}`, `{port}`, `{origin}`, `{cookie}`, `{secret}`,
-    /// `{token}`. A `Connection: close` is added.
+    /// `{look}`, `{token}`. A `Connection: close` is added.
     pub fn forge(&self, request: &str) -> Answer {
         self.forge_at("127.0.0.1", request)
     }
@@ -170,6 +176,7 @@ impl Studio {
             ("{origin}", self.origin()),
             ("{cookie}", self.cookie.clone()),
             ("{secret}", self.secret.clone()),
+            ("{look}", self.look.clone()),
             ("{token}", self.token.clone()),
         ];
         for (hole, value) in holes {

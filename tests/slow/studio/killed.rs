@@ -16,7 +16,8 @@ fn kills() -> u32 {
 
 /// Whether the page shows what the program says: the jobs, but for strips, which it shows as one.
 const SHOWS_JOBS: &str = "(async () => {
-  const told = await (await fetch('/api/state')).json()
+  const { secret } = await import('/app/session.js')
+  const told = await (await fetch('/api/state', { headers: { 'X-Studio-Secret': secret() } })).json()
   const strips = ['strips', ...told.jobs.filter(job => job.kind === 'strip').map(job => String(job.id))]
   const shown = [...document.querySelectorAll('.view.jobs [data-job]')].filter(row => !strips.includes(row.dataset.job))
   const rows = shown.map(row => `${row.dataset.job} ${row.dataset.state}`).sort()
@@ -26,7 +27,8 @@ const SHOWS_JOBS: &str = "(async () => {
 
 /// The same of a sheep that is chosen in the graph: how often it is wanted, its share, and what can be undone.
 const SHOWS_WANT: &str = "(async () => {
-  const told = await (await fetch('/api/state')).json()
+  const { secret } = await import('/app/session.js')
+  const told = await (await fetch('/api/state', { headers: { 'X-Studio-Secret': secret() } })).json()
   const aurora = told.sheep.find(one => one.id === 'aurora')
   const shown = document.querySelector('.view.graph input[aria-label=\"Want of aurora, typed\"]')?.value
   const undo = document.querySelector('#tools button')?.title

@@ -17,7 +17,8 @@ use serde_json::{Value, json};
 const COMPARE: &str = "(async () => {
   const { Store } = await import('/app/store.js')
   window.known ??= new Store()
-  const fetched = async path => (await fetch(path)).json()
+  const { secret } = await import('/app/session.js')
+  const fetched = async path => (await fetch(path, { headers: { 'X-Studio-Secret': secret() } })).json()
   const told = await fetched('/api/state?since=' + known.state.tag)
   known.replace(structuredClone(told))
   const whole = await fetched('/api/state')

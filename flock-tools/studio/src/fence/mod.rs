@@ -2,9 +2,9 @@
 //!
 //! Owns the fence around the studio's server: a port of this machine can be reached by every page that its browser shows
 //! and by every user of the machine. Before anything is routed, a request must name this server by an address or as
-//! `localhost`, which stops names that lead here (DNS rebinding); to read it needs the cookie of a page that knew the token
-//! of the address; to change anything it must come from our own page, be JSON, and carry what only that page was told.
-//! Never looks into a body.
+//! `localhost`, which stops names that lead here (DNS rebinding); for more than the page's own files it needs the cookie of
+//! a page that knew the token of the address, and what only that page was told; to change anything it must come from our
+//! own page, too, and be JSON. A request takes a permit when all this is known of it. Never looks into a body.
 //!
 //! # Source
 //! RFC 9110; Fetch metadata request headers (W3C). The order is that of [`Fence::judge`].
@@ -33,6 +33,7 @@ use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
 use crate::answer::{Body, Problem};
+use crate::connections::Place;
 pub(crate) use secrets::Secrets;
 
 /// The most bytes of a body, unless a route allows more.
@@ -41,15 +42,21 @@ pub(crate) const MOST_BYTES: usize = 1 << 20;
 pub(crate) const MOST_IMPORTED_BYTES: usize = 4 << 20;
 /// The most bytes of a path with its query.
 const LONGEST_PATH: usize = 2048;
-/// The most requests at once.
+/// The most bytes of the body that tells the token.
+const MOST_TOKEN_BYTES: usize = 1 << 10;
+/// The most requests of pages at once.
 const MOST_REQUESTS: usize = 64;
 /// The longest time until a request is answered, its body included.
 const LONGEST: Duration = Duration::from_secs(30);
-/// What a page sends with every change.
+/// What a page sends with every question.
 static SECRET: HeaderName = HeaderName::from_static("x-studio-secret");
 /// Where a browser says that a request comes from.
 static FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 static FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
+/// The member of the query that stands for it where an element asks, which sends no header.
+const LOOK: &str = "look=";
+/// Where a page listens.
+const EVENTS: &str = "/events";
 /// Where a page tells the token.
 const SESSION: &str = "/session";
 /// What may be asked.
@@ -72,11 +79,22 @@ struct Token {
 #[derive(Serialize)]
 struct Session<'s> {
     secret: &'s str,
+    look: &'s str,
+}
+
+/// Who asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Caller {
+    /// A page of this session.
+    Page,
+    /// Anybody, for what anybody may have.
+    Stranger,
 }
 
 /// Puts `fence` around all routes of `inside`, with the route of the session, the limits and the headers of every answer.
 pub(crate) fn layer(inside: Router, fence: Arc<Fence>) -> Router {
-    let session = Router::new().route(SESSION, post(begin_session)).with_state(Arc::clone(&fence));
+    let begin = post(begin_session).layer(DefaultBodyLimit::max(MOST_TOKEN_BYTES));
+    let session = Router::new().route(SESSION, begin).with_state(Arc::clone(&fence));
     let missing = || async { Problem::new(StatusCode::NOT_FOUND, "there is nothing of this name") };
     inside
         .merge(session)
@@ -102,9 +120,10 @@ impl Fence {
         format!("dreams-studio-{}", self.port)
     }
 
-    /// Lets a request in, or says why not. The order matters: what comes from elsewhere is told nothing but that.
+    /// Lets a request in and tells who asks, or says why not. The order matters: what comes from elsewhere is told nothing
+    /// but that.
     /// Errors: What is answered instead.
-    fn judge(&self, request: &Parts) -> Result<(), Problem> {
+    fn judge(&self, request: &Parts) -> Result<Caller, Problem> {
         let host = self.host(request)?;
         let changes = match request.method {
             Method::GET | Method::HEAD => false,
@@ -115,14 +134,13 @@ impl Fence {
         let path = request.uri.path();
         from_our_page(request, &host, changes)?;
         let is_public = path == "/" || path.starts_with("/app/") || path == SESSION;
-        if !is_public && !self.has_cookie(&request.headers) {
-            let how = "this page knows no session: open the address that `dreams studio` has printed";
-            return Err(Problem::new(StatusCode::UNAUTHORIZED, how));
+        if !is_public {
+            self.admit_session(request, path, changes)?;
         }
         if changes {
-            self.may_change(request, path)?;
+            may_change(request)?;
         }
-        Ok(())
+        Ok(if is_public { Caller::Stranger } else { Caller::Page })
     }
 
     /// The host that the request names, in lower case, if it is ours.
@@ -147,29 +165,38 @@ impl Fence {
         values.take(1).any(|value| secrets::is(&self.secrets.cookie, value))
     }
 
-    /// Whether a request that comes from our own page may change something.
-    fn may_change(&self, request: &Parts, path: &str) -> Result<(), Problem> {
+    /// Refuses whoever was not told the token, and whoever has only the cookie, which a browser sends to every port of this
+    /// machine.
+    fn admit_session(&self, request: &Parts, path: &str, changes: bool) -> Result<(), Problem> {
+        if !self.has_cookie(&request.headers) {
+            let how = "this page knows no session: open the address that `dreams studio` has printed";
+            return Err(Problem::new(StatusCode::UNAUTHORIZED, how));
+        }
         let given = only(&request.headers, &SECRET).map_or(&b""[..], HeaderValue::as_bytes);
-        if path != SESSION && !secrets::is(&self.secrets.page, given) {
-            return Err(Problem::new(StatusCode::FORBIDDEN, "a change needs what only a page of this session knows"));
+        let is_for_elements = !changes && (path == EVENTS || path.starts_with("/media/"));
+        let mut asked = request.uri.query().unwrap_or_default().split('&');
+        let look = asked.find_map(|member| member.strip_prefix(LOOK)).filter(|_| is_for_elements);
+        let has_look = look.is_some_and(|look| secrets::is(&self.secrets.look, look.as_bytes()));
+        if has_look || secrets::is(&self.secrets.page, given) {
+            return Ok(());
         }
-        if !only(&request.headers, &CONTENT_TYPE).is_some_and(is_json) {
-            return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a change must be `application/json`"));
-        }
-        let length = request.headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-        if length.is_some_and(|length| length > MOST_IMPORTED_BYTES as u64) {
-            let error = format!("a request has at most {MOST_IMPORTED_BYTES} bytes");
-            return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, error));
-        }
-        Ok(())
+        let how = "the cookie alone reads and changes nothing: this needs what only a page of this session knows";
+        Err(Problem::new(StatusCode::FORBIDDEN, how))
     }
 }
 
-/// Judges a request, has it answered in time, and puts the headers on whatever is answered.
+/// Judges a request, has it answered in time, and puts the headers on whatever is answered. A stranger takes no permit and
+/// needs none: one connection asks one thing at a time, and `connections` bounds those.
 async fn pass(State(fence): State<Arc<Fence>>, request: Request, next: Next) -> Response {
     let (parts, body) = request.into_parts();
     let mut response = match fence.judge(&parts) {
-        Ok(()) => answer(&fence, Request::from_parts(parts, body), next).await,
+        Ok(Caller::Page) => {
+            if let Some(place) = parts.extensions.get::<Arc<Place>>() {
+                place.keep();
+            }
+            answer(&fence, Request::from_parts(parts, body), next).await
+        }
+        Ok(Caller::Stranger) => in_time(next.run(Request::from_parts(parts, body))).await,
         Err(problem) => problem.into_response(),
     };
     headers::put(response.headers_mut());
@@ -184,11 +211,15 @@ async fn answer(fence: &Fence, request: Request<Bytes>, next: Next) -> Response 
         let error = format!("{MOST_REQUESTS} requests are being answered already");
         return Problem::new(StatusCode::TOO_MANY_REQUESTS, error).into_response();
     };
-    let late = |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the request took longer than 30 seconds").into_response();
-    timeout(LONGEST, next.run(request)).await.unwrap_or_else(late)
+    in_time(next.run(request)).await
 }
 
-/// Takes the token of the address, and gives the cookie and what a page needs for changes.
+async fn in_time(answer: impl Future<Output = Response>) -> Response {
+    let late = |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the request took longer than 30 seconds").into_response();
+    timeout(LONGEST, answer).await.unwrap_or_else(late)
+}
+
+/// Takes the token of the address, and gives the cookie and what a page asks with.
 async fn begin_session(State(fence): State<Arc<Fence>>, Body(Token { token }): Body<Token>) -> Response {
     let Fence { secrets: all, .. } = &*fence;
     if !secrets::is(&all.token, token.as_bytes()) {
@@ -197,7 +228,7 @@ async fn begin_session(State(fence): State<Arc<Fence>>, Body(Token { token }): B
         return Problem::new(StatusCode::UNAUTHORIZED, error).into_response();
     }
     let cookie = format!("{}={}; HttpOnly; SameSite=Strict; Path=/", fence.cookie_name(), all.cookie);
-    ([(SET_COOKIE, cookie)], Json(Session { secret: &all.page })).into_response()
+    ([(SET_COOKIE, cookie)], Json(Session { secret: &all.page, look: &all.look })).into_response()
 }
 
 /// Refuses paths that our own page never asks for: all names here are of plain letters.
@@ -211,6 +242,19 @@ fn plain_path(request: &Parts) -> Result<(), Problem> {
         return Ok(());
     }
     Err(Problem::new(StatusCode::NOT_FOUND, "this path is not one of the studio's"))
+}
+
+/// Refuses changes that are no JSON, and those that are too large.
+fn may_change(request: &Parts) -> Result<(), Problem> {
+    if !only(&request.headers, &CONTENT_TYPE).is_some_and(is_json) {
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a change must be `application/json`"));
+    }
+    let length = request.headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if length.is_some_and(|length| length > MOST_IMPORTED_BYTES as u64) {
+        let error = format!("a request has at most {MOST_IMPORTED_BYTES} bytes");
+        return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, error));
+    }
+    Ok(())
 }
 
 /// Refuses what a browser sends for another page than ours; to look at the page itself one may come from anywhere.

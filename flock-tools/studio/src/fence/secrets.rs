@@ -1,17 +1,19 @@
 //! What only this start of the studio, its address and its pages know.
 //!
-//! Owns three texts of 128 random bits: the token in the address, the cookie, and what a page sends with every change.
-//! A cookie goes to every port of this machine, so it alone changes nothing.
+//! Owns four texts of 128 random bits: the token in the address, the cookie, what a page sends with every question, and
+//! what stands in the addresses of pictures, clips and events, which elements of a page ask for without headers.
+//! A cookie goes to every port of this machine, so it alone reads and changes nothing.
 
 use std::fs::File;
 use std::io::{self, Read};
 
-/// The three texts, in hexadecimal.
+/// The four texts, in hexadecimal.
 #[derive(Clone)]
 pub(crate) struct Secrets {
     pub(super) token: String,
     pub(super) cookie: String,
     pub(super) page: String,
+    pub(super) look: String,
 }
 
 impl std::fmt::Debug for Secrets {
@@ -22,9 +24,9 @@ impl std::fmt::Debug for Secrets {
 
 impl Secrets {
     /// Those of these numbers.
-    pub(crate) fn of([token, cookie, page]: [u128; 3]) -> Self {
+    pub(crate) fn of([token, cookie, page, look]: [u128; 4]) -> Self {
         let hex = |number| format!("{number:032x}");
-        Self { token: hex(token), cookie: hex(cookie), page: hex(page) }
+        Self { token: hex(token), cookie: hex(cookie), page: hex(page), look: hex(look) }
     }
 
     /// Those of the system's random numbers.
@@ -35,7 +37,7 @@ impl Secrets {
             let mut bytes = [0; size_of::<u128>()];
             random.read_exact(&mut bytes).map(|()| u128::from_le_bytes(bytes))
         };
-        Ok(Self::of([number()?, number()?, number()?]))
+        Ok(Self::of([number()?, number()?, number()?, number()?]))
     }
 }
 

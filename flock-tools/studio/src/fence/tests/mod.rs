@@ -1,6 +1,8 @@
 //! What a page from elsewhere, another user and a broken client get: nothing.
 //! Every request is sent as bytes over a real connection to a server with the fence around it.
 
+mod crowds;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
@@ -19,6 +21,8 @@ use crate::server::Server;
 
 /// Has the server close the connection after its answer.
 const CLOSE: &str = "Connection: close\r\n";
+/// How soon every request is answered, whoever else is there: less than the fence gives it.
+const SOON: Duration = Duration::from_secs(5);
 
 /// A studio that counts what it lets through.
 struct Studio {
@@ -51,7 +55,7 @@ impl Studio {
     fn start() -> Self {
         let server = Server::bind(0).unwrap();
         let (port, runtime) = (server.port(), Server::runtime().unwrap());
-        let secrets = Secrets::of([0xabc << 100, 0xdef << 100, 0xfed << 100]);
+        let secrets = Secrets::of([0xabc << 100, 0xdef << 100, 0xfed << 100, 0xcba << 100]);
         let fence = Arc::new(Fence::new(port, secrets));
         let (reads, changes) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicUsize::new(0)));
         let count = |counter: &Arc<AtomicUsize>| {
@@ -64,6 +68,7 @@ impl Studio {
         let inside = Router::new()
             .route("/api/state", get(count(&reads)))
             .route("/media/strip/{key}", get(count(&reads)))
+            .route("/events", get(count(&reads)))
             .route("/api/edits", post(count(&changes)))
             .route("/api/jobs/{id}", delete(count(&changes)))
             .merge(Page::Embedded.router());
@@ -84,11 +89,11 @@ impl Studio {
             ("Host".to_owned(), host.clone()),
             ("Cookie".to_owned(), format!("other=1; {}={}", self.fence.cookie_name(), self.fence.secrets.cookie)),
             ("Sec-Fetch-Site".to_owned(), "same-origin".to_owned()),
+            ("X-Studio-Secret".to_owned(), self.fence.secrets.page.clone()),
         ];
         if method != "GET" {
             headers.push(("Origin".to_owned(), format!("http://{host}")));
             headers.push(("Content-Type".to_owned(), "application/json".to_owned()));
-            headers.push(("X-Studio-Secret".to_owned(), self.fence.secrets.page.clone()));
         }
         Request { method, path: path.to_owned(), headers, body: body.to_owned() }
     }
@@ -103,7 +108,7 @@ impl Studio {
 
     fn send(&self, text: &str) -> Answer {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.set_read_timeout(Some(SOON)).unwrap();
         // A server that refuses early may close before it has read all.
         let _ = stream.write_all(text.as_bytes());
         let mut bytes = Vec::new();
@@ -201,10 +206,33 @@ fn forged(studio: &Studio) -> Vec<(&'static str, Request, u16)> {
     all
 }
 
+/// Requests with the cookie, which a browser sends to every port, and without what only our own page was told.
+fn without_a_secret(studio: &Studio) -> Vec<(&'static str, Request, u16)> {
+    let Secrets { token, page, look, .. } = &studio.fence.secrets;
+    let bare = |path: &str| studio.request("GET", path, "").with("X-Studio-Secret", None);
+    let looks = |path: &str, look: &str| bare(&format!("{path}?at=1&look={look}"));
+    vec![
+        ("a read with the cookie alone", bare("/api/state"), 403),
+        ("a read with the token", studio.request("GET", "/api/state", "").with("X-Studio-Secret", Some(token)), 403),
+        ("a read with two secrets", studio.request("GET", "/api/state", "").and("X-Studio-Secret", "0"), 403),
+        ("a read with what only elements ask with", looks("/api/state", look), 403),
+        ("a picture with the cookie alone", bare("/media/strip/abc"), 403),
+        ("a picture with the secret in its address", looks("/media/strip/abc", page), 403),
+        ("a picture with a part of what it needs", looks("/media/strip/abc", &look[1..]), 403),
+        ("events with the cookie alone", bare("/events"), 403),
+        ("a picture without the cookie", looks("/media/strip/abc", look).with("Cookie", None), 401),
+        (
+            "a change with what only elements ask with",
+            studio.request("POST", &format!("/api/edits?look={look}"), "{}").with("X-Studio-Secret", None),
+            403,
+        ),
+    ]
+}
+
 #[test]
 fn a_page_from_elsewhere_reads_and_changes_nothing() {
     let studio = Studio::start();
-    let forged = forged(&studio);
+    let forged = [forged(&studio), without_a_secret(&studio)].concat();
     assert!(forged.len() >= 24, "{}", forged.len());
     for (what, request, status) in &forged {
         let answer = studio.ask(request);
@@ -245,6 +273,22 @@ fn our_own_page_reads_and_changes_under_each_of_our_names() {
 }
 
 #[test]
+fn elements_of_our_own_page_ask_for_pictures_and_events_without_a_header() {
+    let studio = Studio::start();
+    for path in ["/media/strip/abc", "/events"] {
+        for query in ["look=", "from=7&look="] {
+            let path = format!("{path}?{query}{}", studio.fence.secrets.look);
+            assert_eq!(
+                studio.ask(&studio.request("GET", &path, "").with("X-Studio-Secret", None)).status,
+                200,
+                "{path}"
+            );
+        }
+    }
+    assert_eq!(studio.counts(), (4, 0));
+}
+
+#[test]
 fn the_token_of_the_address_and_no_other_begins_a_session_that_reads_and_changes() {
     let studio = Studio::start();
     let token = studio.fence.address().rsplit_once('#').unwrap().1.to_owned();
@@ -260,10 +304,13 @@ fn the_token_of_the_address_and_no_other_begins_a_session_that_reads_and_changes
     assert_eq!(answer.status, 200, "{answer:?}");
     let cookie = answer.head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
     assert!(cookie.contains("; httponly; samesite=strict; path=/"), "{cookie}");
-    let secret: serde_json::Value = serde_json::from_str(&answer.body).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&answer.body).unwrap();
     let cookie = cookie.split(';').next().unwrap().to_owned();
     let edit = studio.request("POST", "/api/edits", "{}").with("Cookie", Some(&cookie));
-    assert_eq!(studio.ask(&edit.with("X-Studio-Secret", secret["secret"].as_str())).status, 200);
+    assert_eq!(studio.ask(&edit.with("X-Studio-Secret", told["secret"].as_str())).status, 200);
+    let picture = format!("/media/strip/abc?look={}", told["look"].as_str().unwrap());
+    let picture = studio.request("GET", &picture, "").with("Cookie", Some(&cookie)).with("X-Studio-Secret", None);
+    assert_eq!(studio.ask(&picture).status, 200);
     let elsewhere = studio.request("POST", "/session", &format!("{{\"token\":\"{token}\"}}"));
     assert_eq!(studio.ask(&elsewhere.with("Origin", Some("http://evil.example"))).status, 403);
 }
@@ -297,7 +344,8 @@ fn the_page_itself_may_be_opened_by_a_link_and_holds_no_secret() {
     let link = studio.request("GET", "/", "").with("Cookie", None).with("Sec-Fetch-Site", Some("cross-site"));
     let answer = studio.ask(&link.clone().and("Sec-Fetch-Mode", "navigate"));
     assert_eq!(answer.status, 200);
-    for secret in [&studio.fence.secrets.token, &studio.fence.secrets.cookie, &studio.fence.secrets.page] {
+    let Secrets { token, cookie, page, look } = &studio.fence.secrets;
+    for secret in [token, cookie, page, look] {
         assert!(!answer.body.contains(secret.as_str()) && !answer.head.contains(secret.as_str()));
     }
     assert_eq!(studio.ask(&link.and("Sec-Fetch-Mode", "no-cors")).status, 403);
