@@ -8,6 +8,7 @@
 use crate::metering::{Meter, PEAK_KIB};
 use crate::tools::bundles::Artist;
 use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, ObjectId, SealBody, Sequence, limits};
+use claims::bundle_maker::rubbish;
 use claims::flocks::SMALL;
 use claims::programs::{self, json};
 use claims::unit::Unit;
@@ -16,6 +17,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+/// The most bytes of a table of units.
+const FLEET: u64 = 4 << 20;
 /// The most bytes of settings.
 const SETTINGS: usize = 64 << 10;
 const HEAD: &str = "format = 1\nname = \"large\"\nsize = [320, 240]\nfps = [30, 1]\n";
@@ -121,6 +124,45 @@ fn an_updater_reads_whatever_keeps_to_the_limits_within_half_of_a_units_memory()
         command.arg("--config").arg(&file);
         says("updater, settings of dotted keys", &command, code, words);
     }
+}
+
+/// `text` with one key more, whose value is an array of as many numbers as `bytes` bytes hold in all.
+fn array(text: &str, bytes: u64) -> String {
+    let numbers = bytes as usize - text.len() - "k0=[]\n".len();
+    format!("{text}k0=[{}{}]\n", "0,".repeat(numbers / 2), " ".repeat(numbers % 2))
+}
+
+#[test]
+fn the_artists_check_of_a_stick_reads_whatever_keeps_to_the_limits_within_the_same_memory() {
+    let verify = |unit: &Unit| {
+        let mut verify = Command::new(programs::dreams());
+        verify.arg("verify").arg(unit.stick()).arg("--trust").arg(unit.maker.keys()).args(["--unit", "lobby"]);
+        verify
+    };
+    for (form, toml) in plain() {
+        let unit = Unit::new();
+        lay_with_longest_list(&unit, &unit.stick(), &toml);
+        says(&format!("verify, a bundle with as many {form} and files as can be"), &verify(&unit), 1, "faults");
+    }
+    for (form, toml) in [("dotted keys", dotted as fn(&str, u64) -> String), ("one long array", array)] {
+        let unit = Unit::new();
+        let manifest = toml(HEAD, limits::FLOCK_DOCUMENT).into_bytes();
+        unit.maker.bundle(&unit.stick(), &[("flock.toml".to_owned(), manifest)].into(), &[], 1);
+        says(&format!("verify, a manifest of {form}"), &verify(&unit), 1, "1 fault");
+        fs::write(unit.stick().join("fleet.toml"), toml("", limits::FLOCK_DOCUMENT)).unwrap();
+        says(&format!("verify, a table of units of {form}"), &verify(&unit), 2, "unknown field `k0`");
+        fs::write(unit.stick().join("fleet.toml"), toml("", FLEET)).unwrap();
+        says(&format!("verify, a large table of units of {form}"), &verify(&unit), 2, "a row has at most 131072 bytes");
+        fs::write(unit.stick().join("fleet.toml"), toml("", FLEET + 1)).unwrap();
+        says(&format!("verify, a larger table of units of {form}"), &verify(&unit), 3, "larger than 4194304 bytes");
+    }
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(1, 9, 1), &[], 1);
+    let rows = filled("", FLEET, |_| {
+        "[[unit]]\nid=\"\"\nflock=\"\"\nsequence=0\nkey=\"\"\nto=\"\"\npublished=\"\"\n".to_owned()
+    });
+    fs::write(unit.stick().join("fleet.toml"), rows).unwrap();
+    says("verify, a table of as many units as can be", &verify(&unit), 0, "");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! `fleet.toml`: what was published for which unit, and where.
 //!
 //! Owns the table: a row for each unit, written by `dreams publish`, so that the artist knows which unit has which flock.
-//! Without the file `dreams verify` does not know which units have bundles of their own.
+//! Without the file `dreams verify` does not know which units have bundles of their own. It lies on a stick that anybody may
+//! have had, so that it is read within the memory of `bundle::limits`.
 //!
 //! ```toml
 //! [[unit]]
@@ -16,7 +17,6 @@
 //!
 //! Start at [`Fleet::read`].
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +25,10 @@ use operations::program::{Exit, Fatal};
 
 /// The file's name, beside the bundles.
 pub(super) const FILE_NAME: &str = "fleet.toml";
+/// Most bytes of the table: 400 for each of as many units as a folder has seals.
+const MOST_BYTES: u64 = 4 << 20;
+/// Most bytes of it that are parsed at once. Dotted keys, the worst case, take 560 times their bytes.
+const MOST_PARSED_BYTES: usize = 128 << 10;
 /// The comment at its top.
 const HEADING: &str = "# What was published for which unit, and where. `dreams publish` keeps it; `place` is yours.\n";
 
@@ -63,15 +67,28 @@ struct FleetError {
 impl Fleet {
     /// Reads the table at `path`; an empty one if there is none.
     pub(super) fn read(path: &Path) -> Result<Self, Fatal> {
-        match fs::read_to_string(path) {
-            Ok(text) => toml::from_str(&text).map_err(|error: toml::de::Error| {
-                let line = 1 + text[..error.span().map_or(0, |span| span.start)].matches('\n').count();
-                let message = error.message().replace('\n', ", ");
+        match durable::read_plain_text(path, MOST_BYTES) {
+            Ok(text) => Self::parse(&text).map_err(|(at, message)| {
+                let line = 1 + text[..at].matches('\n').count();
                 Fatal::new(Exit::Malformed, FleetError { path: path.to_owned(), line, message })
             }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
             Err(source) => Err(Fatal::read(path, source)),
         }
+    }
+
+    /// The table in `text`, of which whole rows are parsed at once.
+    /// Errors: The byte that is wrong, and why.
+    fn parse(text: &str) -> Result<Self, (usize, String)> {
+        let (mut fleet, mut at) = (Self::default(), 0);
+        while let Some(part) = first_rows(&text[at..]) {
+            let read: Self = toml::from_str(part).map_err(|error: toml::de::Error| {
+                (at + error.span().map_or(0, |span| span.start), error.message().replace('\n', ", "))
+            })?;
+            fleet.rows.extend(read.rows);
+            at += part.len();
+        }
+        if at < text.len() { Err((at, format!("a row has at most {MOST_PARSED_BYTES} bytes"))) } else { Ok(fleet) }
     }
 
     /// The addressees of the last bundle of `unit`, by the table.
@@ -96,9 +113,20 @@ impl Fleet {
     }
 }
 
+/// The first rows of `text`, as many as are parsed at once; `None` if there are none, or the first one is larger.
+fn first_rows(text: &str) -> Option<&str> {
+    if text.len() <= MOST_PARSED_BYTES {
+        return Some(text).filter(|rest| !rest.is_empty());
+    }
+    let begins = |three: &[u8]| three == b"\n[[";
+    let last = text.as_bytes()[..MOST_PARSED_BYTES].windows(3).rposition(begins)?;
+    Some(&text[..=last])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn row(id: &str, sequence: u64) -> Row {
         let text = |text: &str| text.to_owned();
@@ -133,5 +161,25 @@ mod tests {
             fs::write(&path, bad).unwrap();
             assert!(Fleet::read(&path).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn a_table_of_ten_thousand_units_reads_back_and_a_fault_in_it_is_named_by_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE_NAME);
+        let place = Some("Hotel Adler, by the stairs, where everybody comes by twice a day, and some stay".to_owned());
+        let rows = (0..10_000).map(|at| Row { place: place.clone(), ..row(&format!("unit-{at:05}"), at) }).collect();
+        let fleet = Fleet { rows };
+        fleet.save(&path).unwrap();
+        assert_eq!(Fleet::read(&path).unwrap(), fleet);
+        let text = fs::read_to_string(&path).unwrap();
+        let broken = text.replace("sequence = 9876\n", "sequences = 9876\n");
+        let line = 1 + broken[..broken.find("sequences").unwrap()].matches('\n').count();
+        fs::write(&path, broken).unwrap();
+        let said = Fleet::read(&path).unwrap_err().in_words();
+        assert!(said.contains(&format!("line {line}: unknown field `sequences`")), "{said}");
+        fs::write(&path, format!("{text}[[unit]]\nid = \"{}\"\n", "a".repeat(MOST_PARSED_BYTES))).unwrap();
+        let said = Fleet::read(&path).unwrap_err().in_words();
+        assert!(said.contains(&format!("line {}: a row has at most", 1 + text.matches('\n').count())), "{said}");
     }
 }
