@@ -9,6 +9,7 @@
 use clap::Args;
 use diagnostics::{Exit, chain, print_error};
 use player::config_file::text_of;
+use player::kept::{Kept, resolved_path};
 use player::owner::FILE_NAME;
 use player::wifi::{Wifi, without_password};
 use player::{ConfigError, Lasting, Notice, Owner};
@@ -27,7 +28,8 @@ const NOBODY_ELSE: u32 = 0o600;
 pub(crate) struct Options {
     /// The folder with the owner's `dreams.toml`
     folder: PathBuf,
-    /// Where the last good settings are kept, without the password of a Wi-Fi
+    /// Where the last good settings are kept, without the password of a Wi-Fi; beside it, in a file of this name with
+    /// `.kept`, as the other programs read them
     #[arg(long, value_name = "FILE")]
     keep: PathBuf,
     /// The folder for the settings of the network manager
@@ -73,7 +75,10 @@ fn take_in(options: &Options) -> Result<(), Fatal> {
     let owner = Owner::parse(Path::new(FILE_NAME), &text)?;
     // Only here is the password known: what is kept of the rest is for others to read.
     tell(&options.wifi, owner.wifi().as_ref().map(Wifi::settings).as_deref(), NOBODY_ELSE)?;
-    tell(&options.keep, Some(&without_password(&text)), GROUP)
+    let Kept { first, resolved } = Kept::of(&without_password(&text));
+    // The first is enough for whoever reads before the second is there, or without it.
+    tell(&options.keep, Some(&first), GROUP)?;
+    tell(&resolved_path(&options.keep), Some(&resolved), GROUP)
 }
 
 /// Tells the network manager, the service that sets the host name, and the counter of votes, what the kept settings say of

@@ -158,6 +158,21 @@ mod tests {
     }
 
     #[test]
+    fn what_another_version_has_kept_takes_nothing_else_away_from_an_update() {
+        let folder = tempfile::tempdir().unwrap();
+        let [config, owner] = ["update.toml", "dreams.toml"].map(|name| folder.path().join(name));
+        std::fs::write(&config, format!("owner = '{}'\n", owner.display())).unwrap();
+        let key = "RWQy3+khO/aeoan0+vYoGE2vsmEBxY8VExI8+6bTi1Y6xEJXDYvODn+o";
+        let later = "colour = 7\nurl = 'ipfs://flocks'\nreport_to = { a = 7 }\nreport_votes = true\n[later]\na = 1\n";
+        let text = format!("unit = 'attic'\nproxy = 'http://proxy:1'\nkeys = ['{key}', 'ed448:7']\n{later}");
+        std::fs::write(&owner, text).unwrap();
+        let options = ["dreams-update", "/media", "--config", config.to_str().unwrap()];
+        let order = Options::parse_from(options).order().unwrap();
+        assert_eq!((order.unit.as_str(), order.owners_keys.len()), ("attic", 1));
+        assert_eq!((order.config.proxy.as_deref(), order.config.report_to), (Some("http://proxy:1"), None));
+    }
+
+    #[test]
     fn the_updaters_help_names_every_exit_code() {
         for exit in [Exit::Fine, Exit::No, Exit::Malformed, Exit::Unreadable] {
             assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));

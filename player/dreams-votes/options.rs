@@ -89,7 +89,10 @@ mod tests {
         assert_eq!(settings("unit = 'lobby'"), pedal);
         assert_eq!(settings("button = 'any'"), (ButtonDevice::Any, Key::ANY, None, false));
         let all = "button = '/dev/remote'\nbutton_up = 3\nbutton_down = 4\nvote_noise = true";
-        assert_eq!(settings(all), (ButtonDevice::At("/dev/remote".into()), Key(Some(3)), Some(Key(Some(4))), true));
+        let remote = (ButtonDevice::At("/dev/remote".into()), Key(Some(3)), Some(Key(Some(4))), true);
+        assert_eq!(settings(all), remote);
+        let later = format!("{all}\nacknowledge = 'green'\ncolour = 7\n[later]\na = 1");
+        assert_eq!(settings(&later), remote, "what another version has added or changed takes nothing else away");
     }
 
     #[test]

@@ -13,6 +13,10 @@ use std::path::{Path, PathBuf};
 /// Bytes that are read, at most: a person's words, and no more. As a TOML document they take up to 560 times as many.
 const LARGEST: u64 = 64 << 10;
 
+/// How serde's messages begin that are about keys, not values.
+const UNKNOWN: &str = "unknown field";
+const TWICE: &str = "duplicate key";
+
 /// Why settings were refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
@@ -27,6 +31,8 @@ pub enum ConfigError {
         key: String,
         /// What is wrong with it.
         message: String,
+        /// Of which kind that is.
+        mistake: Mistake,
     },
     /// The file cannot be read.
     #[error("cannot read config `{path}`", path = path.display())]
@@ -36,6 +42,22 @@ pub enum ConfigError {
         /// What the file system says.
         source: io::Error,
     },
+}
+
+/// What may be wrong with a line of settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mistake {
+    /// The setting is for another, which is not set.
+    Alone {
+        /// What it is for.
+        needs: &'static str,
+    },
+    /// The key is set a second time.
+    Twice,
+    /// There is no such key, in this version.
+    Unknown,
+    /// The value is not one of those that the key can have, or the line is not in the form of TOML.
+    Value,
 }
 
 /// Has serde read settings from a string, as [`FromStr`](std::str::FromStr) does, whose error is named first.
@@ -90,12 +112,15 @@ pub fn text_of(path: &Path) -> Result<String, ConfigError> {
     durable::read_plain_text(path, LARGEST).map_err(|source| ConfigError::Read { path: path.to_owned(), source })
 }
 
-/// The key that `line` begins with; nothing if there is none, for it may be a secret that stands there instead.
+/// The key that `line` begins with, or the table in brackets; nothing if there is none, for it may be a secret that stands
+/// there instead.
 fn key_of(line: &str) -> &str {
     let line = line.trim_start();
+    let start = line.trim_start_matches('[');
     let (key, rest) =
-        line.split_at(line.find(|c: char| !c.is_ascii_alphanumeric() && !"_-.".contains(c)).unwrap_or(line.len()));
-    if rest.trim_start().starts_with(['=', ':']) { key } else { "" }
+        start.split_at(start.find(|c: char| !c.is_ascii_alphanumeric() && !"_-.".contains(c)).unwrap_or(start.len()));
+    let ends: &[char] = if start.len() < line.len() { &[']'] } else { &['=', ':'] };
+    if rest.trim_start().starts_with(ends) { key } else { "" }
 }
 
 /// Reads the settings in `text`, which errors say lies at `path`.
@@ -105,20 +130,27 @@ pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigEr
         let at = error.span().map_or(0, |span| span.start);
         let line = text[..at].matches('\n').count() + 1;
         let key = key_of(text.lines().nth(line - 1).unwrap_or_default());
+        let message = error.message().trim();
         ConfigError::Malformed {
             path: path.to_owned(),
             line,
             key: key.to_owned(),
-            message: with_similar(error.message().trim()).replace(char::is_control, " "),
+            message: with_similar(message).replace(char::is_control, " "),
+            mistake: mistake_of(message),
         }
     })
+}
+
+/// What serde's `message` is about.
+fn mistake_of(message: &str) -> Mistake {
+    let kinds = [(UNKNOWN, Mistake::Unknown), (TWICE, Mistake::Twice)];
+    kinds.into_iter().find(|(begins, _)| message.starts_with(begins)).map_or(Mistake::Value, |(_, mistake)| mistake)
 }
 
 /// serde's `message`; if it is about an unknown key, with the known one that is meant.
 fn with_similar(message: &str) -> String {
     let mut words = message.split('`').skip(1).step_by(2);
-    let similar =
-        words.next().filter(|_| message.starts_with("unknown field")).and_then(|key| did_you_mean(key, words));
+    let similar = words.next().filter(|_| message.starts_with(UNKNOWN)).and_then(|key| did_you_mean(key, words));
     similar.map_or_else(|| message.to_owned(), |question| format!("{message}; {question}"))
 }
 
@@ -132,6 +164,30 @@ mod tests {
         assert_eq!(with_similar(message), format!("{message}; did you mean `hours`?"));
         for other in ["unknown field `colour`, expected `unit`", "invalid value: integer `1`, expected `2`"] {
             assert_eq!(with_similar(other), other);
+        }
+    }
+
+    #[test]
+    fn a_mistake_is_told_from_the_others() {
+        #[derive(Debug, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Settings {
+            #[serde(rename = "hours")]
+            _hours: u8,
+        }
+        let read = |text: &str| match parse::<Settings>(Path::new("a.toml"), text).unwrap_err() {
+            ConfigError::Malformed { line, key, mistake, .. } => (line, key, mistake),
+            ConfigError::Read { .. } => panic!("nothing is read"),
+        };
+        for (text, wanted) in [
+            ("hours = 1\nhour = 1", (2, "hour", Mistake::Unknown)),
+            ("hours = 1\n[night.a]\nhours = 2", (2, "night.a", Mistake::Unknown)),
+            ("hours = 1\n\nhours = 1", (3, "hours", Mistake::Twice)),
+            ("hours = 256", (1, "hours", Mistake::Value)),
+            ("hours = eight", (1, "hours", Mistake::Value)),
+            ("hours = 1\n[a secret", (2, "", Mistake::Value)),
+        ] {
+            assert_eq!(read(text), (wanted.0, wanted.1.to_owned(), wanted.2), "{text}");
         }
     }
 }

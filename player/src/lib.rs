@@ -15,6 +15,7 @@ pub mod day;
 pub mod file_version;
 pub mod hours;
 pub mod journal;
+pub mod kept;
 pub mod notice;
 pub mod now;
 pub mod output;

@@ -1,13 +1,13 @@
 //! What the owner of a unit has set, in one small file that is edited on any computer.
 //!
 //! Owns [`Owner`], the reading of its file `dreams.toml` and what it means to the network. Every key explains itself in
-//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it
-//! kept.
+//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the others go by what it kept, which
+//! `kept.rs` reads.
 //!
-//! Start at [`Owner::read`].
+//! Start at [`Owner::parse`].
 
 use crate::button::{self, ButtonDevice, Key};
-use crate::config_file::{ConfigError, parse, text_of, unit};
+use crate::config_file::{ConfigError, Mistake, parse, unit};
 use crate::hours::{Brightness, Hours, Night, Zone};
 use crate::wifi::{self, Country, Password, Wifi};
 use bundle::{PublicKey, UnitId};
@@ -21,11 +21,15 @@ use std::str::FromStr;
 
 /// What the owner's file is called.
 pub const FILE_NAME: &str = "dreams.toml";
-/// What a setting of a Wi-Fi lacks.
-const NO_WIFI: &str = "there is no `wifi` that it is for";
-/// What a setting of votes lacks.
-const NO_BUTTON: &str = "there is no `button` that it is for";
-const NO_VOTES: &str = "there is no `button` and no `presence` that it is for";
+
+/// A setting without the one that it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Alone {
+    /// The setting.
+    pub(crate) key: &'static str,
+    /// What it is for.
+    pub(crate) needs: &'static str,
+}
 
 /// What an owner may set. What is not set is as the unit's own configs have it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -100,36 +104,31 @@ pub struct Owner {
 }
 
 impl Owner {
-    /// Reads the file at `path`.
-    /// Errors: [`ConfigError`], with line and key.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        Self::parse(path, &text_of(path)?)
-    }
-
-    /// What `dreams-owner` has kept at `path`: nothing, if it has kept nothing or what this version does not understand.
-    pub fn kept(path: &Path) -> Self {
-        Self::read(path).unwrap_or_default()
-    }
-
     /// Reads `text`, which errors say lies at `path`.
     /// Errors: [`ConfigError::Malformed`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let owner: Self = parse(path, text)?;
-        let lacking = [
-            ("gateway", owner.gateway.is_some() && owner.address.is_none(), "there is no `address` that it is for"),
-            ("wifi_password", owner.wifi_password.is_some() && owner.wifi.is_none(), NO_WIFI),
-            ("wifi_country", owner.wifi_country.is_some() && owner.wifi.is_none(), NO_WIFI),
-            ("button_up", owner.button_up.is_some() && owner.button.is_none(), NO_BUTTON),
-            ("button_down", owner.button_down.is_some() && owner.button.is_none(), NO_BUTTON),
-            ("acknowledge", owner.acknowledge.is_some() && owner.button.is_none(), NO_BUTTON),
-            ("vote_noise", owner.vote_noise.is_some() && owner.button.is_none() && owner.presence.is_none(), NO_VOTES),
-            ("report_votes", owner.report_votes && owner.report_to.is_none(), "there is no `report_to` that it is for"),
-        ];
-        let Some((key, _, message)) = lacking.into_iter().find(|(_, is_lacking, _)| *is_lacking) else {
-            return Ok(owner);
-        };
+        let Some(Alone { key, needs }) = owner.alone() else { return Ok(owner) };
         let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
-        Err(ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message: message.to_owned() })
+        let message = format!("there is no `{}` that it is for", needs.replace(" or ", "` and no `"));
+        let (path, key) = (path.to_owned(), key.to_owned());
+        Err(ConfigError::Malformed { path, line, key, message, mistake: Mistake::Alone { needs } })
+    }
+
+    /// The first setting without the one that it is for.
+    pub(crate) fn alone(&self) -> Option<Alone> {
+        let (no_wifi, no_button) = (self.wifi.is_none(), self.button.is_none());
+        let settings = [
+            ("gateway", self.gateway.is_some() && self.address.is_none(), "address"),
+            ("wifi_password", self.wifi_password.is_some() && no_wifi, "wifi"),
+            ("wifi_country", self.wifi_country.is_some() && no_wifi, "wifi"),
+            ("button_up", self.button_up.is_some() && no_button, "button"),
+            ("button_down", self.button_down.is_some() && no_button, "button"),
+            ("acknowledge", self.acknowledge.is_some() && no_button, "button"),
+            ("vote_noise", self.vote_noise.is_some() && no_button && self.presence.is_none(), "button or presence"),
+            ("report_votes", self.report_votes && self.report_to.is_none(), "report_to"),
+        ];
+        settings.into_iter().find(|(_, is_alone, _)| *is_alone).map(|(key, _, needs)| Alone { key, needs })
     }
 
     /// The Wi-Fi that it names.

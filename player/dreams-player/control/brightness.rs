@@ -6,7 +6,7 @@
 //! Start at [`BrightnessControl::start`].
 
 use player::hours::{Day, Lighting};
-use player::{FileVersion, Owner, ThreadError, hold, threads};
+use player::{FileVersion, Owner, ThreadError, hold, kept, threads};
 use screen::OutputSettings;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -37,8 +37,8 @@ impl DisplayTarget {
 pub(crate) struct BrightnessControl {
     config: Day,
     owner: PathBuf,
-    /// The version of the owner's file that `day` is made of.
-    known: Option<FileVersion>,
+    /// The versions of the owner's files that `day` is made of.
+    known: [Option<FileVersion>; 2],
     day: Day,
     output: Arc<OutputSettings>,
 }
@@ -46,7 +46,7 @@ pub(crate) struct BrightnessControl {
 impl BrightnessControl {
     /// By `config`, and by what the file `owner` has instead.
     pub(crate) fn new(config: Day, owner: &Path) -> Self {
-        Self { day: config.clone(), config, owner: owner.to_owned(), known: None, output: Arc::default() }
+        Self { day: config.clone(), config, owner: owner.to_owned(), known: [None; 2], output: Arc::default() }
     }
 
     /// Keeps `target` as it is to be at `clock`, now and for as long as the process lives.
@@ -67,7 +67,7 @@ impl BrightnessControl {
 
     /// How bright it is to be when the clock shows `clock_s`.
     pub(crate) fn look(&mut self, clock_s: u64) -> Lighting {
-        let found = FileVersion::of(&self.owner);
+        let found = kept::versions(&self.owner);
         if found != self.known {
             self.known = found;
             let owner = Owner::kept(&self.owner);
@@ -92,6 +92,7 @@ impl BrightnessControl {
 mod tests {
     use super::BrightnessControl;
     use player::hours::{Day, Lighting, Night};
+    use player::kept::{self, Kept};
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.
@@ -118,7 +119,14 @@ mod tests {
         assert_eq!((control.look(NOON_S), control.output().rotation.degrees()), (Lighting::Black, 90));
         keep("brightness = \"40\"");
         assert_eq!(control.look(NOON_S), light(400));
-        keep("of another version");
+        keep(
+            "colour = 7\nbrightness = \"40\"\nrotate = 270\nhours = \"08:00-23:00\"\nnight = \"dusk\"\n[later]\na = 1",
+        );
+        assert_eq!(control.look(NOON_S), light(400), "what another version added or changed takes nothing else away");
+        assert_eq!(control.output().rotation.degrees(), 270);
+        fs::write(kept::resolved_path(&owner), Kept::of(&fs::read_to_string(&owner).unwrap()).resolved).unwrap();
+        assert_eq!((control.look(NOON_S), control.output().rotation.degrees()), (light(400), 270));
+        keep("no settings");
         assert_eq!(control.look(NOON_S), light(600));
         fs::remove_file(&owner).unwrap();
         assert_eq!(control.look(NOON_S), light(600));

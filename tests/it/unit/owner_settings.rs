@@ -3,14 +3,17 @@
 //! Owns the claims on `dreams-owner`, and on the player and the updater that read what it kept. The keys and values are
 //! tried in `player/src/owner.rs`.
 
+use bundle::ObjectId;
 use claims::bundle_maker::rubbish;
 use claims::owner::Settings;
 use claims::programs::{self, output};
 use claims::unit::Unit;
 use std::fs;
+use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
 use std::time::SystemTime;
 
 #[test]
@@ -20,6 +23,8 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
     let good = "hours = \"08:00-23:00\"\naddress = \"192.0.2.7/24\"\n";
     assert_eq!(settings.set(good), (Some(0), String::new()));
     assert_eq!((settings.read("kept").as_deref(), settings.told()), (Some(good), None));
+    let beside = settings.read("kept.kept").unwrap();
+    assert!(beside.starts_with("format = 1\n") && beside.contains("address = \"192.0.2.7/24\"\n"), "{beside}");
     assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
 
     let far_too_long = format!("# {}", "x".repeat(70_000));
@@ -135,6 +140,58 @@ fn votes_go_by_the_button_that_the_owner_set_and_read_nothing_else_of_the_settin
     assert_eq!(settings.read("votes.toml"), Some(told), "the last good one stays");
     assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
     assert_eq!(settings.read("votes.toml"), None, "nothing is counted any more");
+}
+
+#[test]
+fn an_older_system_keeps_the_settings_in_force_that_a_newer_one_took_in() {
+    let settings = Settings::new();
+    let artist = Unit::new();
+    let file = fs::read_to_string(artist.maker.keys().join("artist.pub")).unwrap();
+    let key = file.lines().nth(1).unwrap();
+    let proxy = TcpListener::bind("127.0.0.1:0").unwrap();
+    let hours = "hours = \"00:00-00:01\"\ntimezone = \"UTC\"\n";
+    let known = format!(
+        "unit = \"stairs\"\nkeys = [\"{key}\"]\naddress = \"192.0.2.7/24\"\n{hours}button = \"any\"\n\
+         url = \"http://unit.invalid/flocks\"\nproxy = \"http://{}\"\n",
+        proxy.local_addr().unwrap()
+    );
+    let newer = format!("{known}colour = \"warm\"\nnight = \"dusk\"\n[picture]\nlevels = [7]\nrotate = 7\n");
+    let resolved = format!("format = 1\nof = \"{}\"\n{newer}", ObjectId::of(known.as_bytes()));
+    for (kept, beside) in [(&newer, None), (&known, Some(&resolved))] {
+        fs::write(settings.path("kept"), kept).unwrap();
+        if let Some(text) = beside {
+            fs::write(settings.path("kept.kept"), text).unwrap();
+        }
+        let (exit, error) = settings.set(&newer);
+        assert!(exit == Some(2) && error.contains("unknown field `colour`"), "{error}");
+        assert!(settings.told().unwrap().contains("The settings before it stay."));
+        assert_eq!(settings.read("kept").as_ref(), Some(kept), "and they do");
+        assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
+        assert_eq!(settings.read("name").as_deref(), Some("stairs\n"));
+        assert!(settings.read("votes.toml").unwrap().contains("button = \"any\""));
+
+        let unit = Unit::new();
+        let mut owner = Command::new(programs::owner());
+        owner.args(["may-restart", "--keep"]).arg(settings.path("kept"));
+        owner.arg("--flock").arg(unit.path("store/current"));
+        assert_eq!(output(&mut owner).status.code(), Some(0), "it is dark");
+        artist.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
+        let config = config_with(&unit.path("update.toml"), &settings.path("kept"));
+        let update = |source: Option<PathBuf>| {
+            let mut update = Command::new(programs::updater());
+            update.arg("--config").arg(&config).arg("--store").arg(unit.path("store"));
+            output(update.arg("--keys").arg(unit.path("no-such-folder")).args(source))
+        };
+        let said = update(Some(unit.stick()));
+        assert_eq!(said.status.code(), Some(0), "name and key: {}", String::from_utf8_lossy(&said.stderr));
+        let asked = thread::scope(|scope| {
+            let asked = scope.spawn(|| proxy.accept().map(drop));
+            let said = update(None);
+            assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stderr));
+            asked.join()
+        });
+        assert!(asked.unwrap().is_ok(), "the proxy is asked");
+    }
 }
 
 /// A config of the updater that names the kept settings.
