@@ -41,6 +41,11 @@ impl Origin {
         }
     }
 
+    /// Whether it has refused what it was asked for, and has given nothing.
+    pub(crate) fn is_shut(&self) -> bool {
+        matches!(self, Self::Http(server) if server.is_shut())
+    }
+
     /// Whether another attempt, a moment later, may find what this one did not.
     pub(crate) fn is_far(&self) -> bool {
         matches!(self, Self::Http(_))

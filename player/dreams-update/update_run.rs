@@ -125,6 +125,10 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
         Ok(_) | Err(_) => system::take(order, store, fetcher)?,
     };
     let outcome = taken?;
+    if matches!(outcome, Outcome::NoBundle) && fetcher.source.is_shut() {
+        let refuses = io::Error::other("the server answers 403 to all that it is asked for: let it be read by anybody");
+        return Err(Fatal::Read { name: place.to_owned(), source: refuses });
+    }
     let (mended, missing) = mend(store, fetcher)?;
     Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
 }

@@ -36,6 +36,12 @@ pub enum Behaviour {
     LyingPart,
     /// It answers with another page, as the portal of a hotel does.
     Portal,
+    /// It answers everything with these header lines and this body.
+    Says(&'static str, &'static [u8]),
+    /// It sends a range that begins a byte too late, also if the whole is asked for.
+    Astray,
+    /// It answers that access is forbidden to what is not there, as object stores do.
+    Bucket,
     /// It redirects to another address.
     Redirects(String),
     /// It answers with a server error.
@@ -207,11 +213,13 @@ fn reply<'f>(behaviour: &Behaviour, path: &str, file: Option<&'f [u8]>, from: us
     let part = |begins: usize, told: usize| {
         let bytes = file.unwrap_or_default();
         let range = format!("Content-Range: bytes {told}-{}/{}\r\n", bytes.len().saturating_sub(1), bytes.len());
-        let is_part = from > 0 && *behaviour != Behaviour::Whole;
+        let is_part = (from > 0 || *behaviour == Behaviour::Astray) && *behaviour != Behaviour::Whole;
         let (status, range) = if is_part { ("206 Partial Content", &*range) } else { ("200 OK", "") };
         other(status, range, if is_part { &bytes[begins.min(bytes.len())..] } else { bytes })
     };
     match behaviour {
+        Behaviour::Says(headers, body) => return other("200 OK", headers, body),
+        Behaviour::Bucket if file.is_none() => return other("403 Forbidden", "", b"<Error>AccessDenied</Error>"),
         Behaviour::Portal => return other("200 OK", "Content-Type: text/html\r\n", b"<html>Welcome!</html>"),
         Behaviour::Redirects(to) => return other("302 Found", &format!("Location: {to}/{path}\r\n"), b""),
         Behaviour::Fails => return other("500 Internal Server Error", "", b"sorry"),
@@ -224,6 +232,8 @@ fn reply<'f>(behaviour: &Behaviour, path: &str, file: Option<&'f [u8]>, from: us
         | Behaviour::Drips
         | Behaviour::Whole
         | Behaviour::WrongPart
+        | Behaviour::Astray
+        | Behaviour::Bucket
         | Behaviour::LyingPart => {}
     }
     if file.is_none() {
@@ -237,11 +247,14 @@ fn reply<'f>(behaviour: &Behaviour, path: &str, file: Option<&'f [u8]>, from: us
         Behaviour::PromisesLess => Reply { promised: Some(length / 2), ..good },
         Behaviour::Drips => Reply { is_dripping: path.starts_with("objects/"), ..good },
         Behaviour::Endless => Reply { promised: None, is_endless: true, ..good },
-        Behaviour::WrongPart => part(from + 1, from + 1),
+        Behaviour::Astray if !path.starts_with("objects/") => other("200 OK", "", file.unwrap_or_default()),
+        Behaviour::WrongPart | Behaviour::Astray => part(from + 1, from + 1),
         Behaviour::LyingPart => part(from.saturating_sub(1), from),
         Behaviour::Good
         | Behaviour::Whole
+        | Behaviour::Bucket
         | Behaviour::Portal
+        | Behaviour::Says(..)
         | Behaviour::Redirects(_)
         | Behaviour::Fails
         | Behaviour::Refuses => good,

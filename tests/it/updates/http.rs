@@ -184,6 +184,12 @@ fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next
     let web = WebServer::serve(&unit.stick(), Behaviour::Good);
     let cases = [
         (Behaviour::Portal, 3),
+        (Behaviour::Says("Content-Type: TEXT/HTML; charset=utf-8\r\n", b"Welcome!"), 3),
+        (Behaviour::Says("Content-Type: application/xhtml+xml\r\n", b"Welcome!"), 3),
+        (Behaviour::Says("", b"\n<!DOCTYPE html><title>Welcome!</title>"), 3),
+        (Behaviour::Says("Content-Encoding: gzip\r\n", b"\x1f\x8b\x08Welcome!"), 3),
+        (Behaviour::Says("", b"\x1f\x8b\x08Welcome!"), 3),
+        (Behaviour::Says("", b"Welcome!"), 1),
         (Behaviour::Redirects(elsewhere.url()), 3),
         (Behaviour::Redirects(web.url()), 3),
         (Behaviour::Fails, 3),
@@ -271,12 +277,33 @@ fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
 }
 
 #[test]
+fn a_server_that_answers_403_for_what_is_not_there_serves_a_flock_and_one_that_gives_nothing_is_told() {
+    let unit = Unit::new();
+    let files = rubbish(3, 5_000, 0);
+    // For all units: the unit asks for a seal of its own first, and for a system, which are not there.
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Refuses);
+    let said = output(&mut unit.update_from(Some(Path::new(&web.url()))));
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(3) && error.contains("403 to all"), "{error}");
+    web.behave(Behaviour::Bucket);
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
+    assert_eq!(unit.playing(), Some(files));
+    // An empty one has nothing for this unit.
+    fs::remove_dir_all(unit.stick()).unwrap();
+    web.behave(Behaviour::Good);
+    assert_eq!(fetch(&unit, &web.url(), &[]).1["outcome"], "no-bundle");
+}
+
+#[test]
 fn a_part_is_taken_for_what_it_is() {
     for (behaviour, code, sent) in [
         (Behaviour::Good, 0, 4_000),
         (Behaviour::Whole, 0, 5_000),
-        (Behaviour::WrongPart, 3, 0),
         // After a wrong range the whole file is requested again.
+        (Behaviour::WrongPart, 0, 3_999 + 5_000),
+        (Behaviour::Astray, 3, 0),
         (Behaviour::LyingPart, 0, 4_001 + 5_000),
     ] {
         let unit = Unit::new();
@@ -298,7 +325,8 @@ fn a_part_is_taken_for_what_it_is() {
             assert!(asked.iter().filter(|path| **path == object(clip)).count() < 10, "{asked:?}");
             web.behave(Behaviour::Good);
             let (found, answer) = fetch(&unit, &web.url(), &[]);
-            assert_eq!((found, answer["fetched_bytes"].as_u64()), (Some(0), Some(4_000)), "what was there stayed");
+            let rest = files["flock.toml"].len() as u64 + 4_000;
+            assert_eq!((found, answer["fetched_bytes"].as_u64()), (Some(0), Some(rest)), "what was there stayed");
         }
     }
 }
