@@ -48,6 +48,7 @@ mod tools {
     mod import_choices;
     mod import_folders;
     mod joins;
+    mod killed_edits;
     mod large_flocks;
     mod manual;
     mod many;

@@ -36,7 +36,7 @@ pub use edit::{Edit, EditError};
 pub use flock::{
     Bridge, Fault, FaultKind, Flock, FlockShares, Measure, Part, Parts, SheepShare, TransitionShare, forced_repeats,
 };
-pub use folder::{Draft, DraftError, paths};
+pub use folder::{Draft, DraftError, Turn, paths};
 pub use graph::{Exit, Graph, SheepIx, Structure};
 pub use manifest::{
     Clip, ClipHash, ClipPath, FILE_NAME, MAX_FPS, MAX_FRAMES, MAX_REPEATS, Manifest, ManifestError, NameError,

@@ -1,14 +1,15 @@
 //! A flock's manifest, locked while it is edited.
 //!
-//! Owns the lock, and the check before saving: the edited text must read back as the edited manifest. Whoever edits decides
-//! what, on [`Draft::edit`].
+//! Owns the check before saving: the edited text must read back as the edited manifest. Whoever edits decides what, on
+//! [`Draft::edit`]; the lock is in `turn.rs`.
 //!
 //! Start at [`Draft::lock`].
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::turn::Turn;
 use crate::edit::Edit;
 use crate::manifest::{FILE_NAME, ManifestError};
 
@@ -18,8 +19,7 @@ pub struct Draft {
     /// The manifest and its text.
     pub edit: Edit,
     path: PathBuf,
-    /// The folder, locked while it is open: a second editor of this flock waits.
-    _lock: Option<File>,
+    turn: Turn,
 }
 
 /// Why a manifest was not saved. It is as it was.
@@ -47,12 +47,17 @@ impl Draft {
     /// # Errors
     /// [`ManifestError`], as [`Edit::parse`] and if the file cannot be read.
     pub fn lock(folder: &Path) -> Result<Self, ManifestError> {
-        // On a file system without locks the artist must not edit twice at once.
-        let lock = File::open(folder).ok().filter(|folder| folder.lock().is_ok());
+        let turn = Turn::begin(folder);
         let path = folder.join(FILE_NAME);
         let text = fs::read_to_string(&path).map_err(|source| ManifestError::Read { path: path.clone(), source })?;
         let edit = Edit::parse(text, &path)?;
-        Ok(Self { edit, path, _lock: lock })
+        Ok(Self { edit, path, turn })
+    }
+
+    /// Lists `files`, which are about to be written in the folder, by their paths in it: should this program be killed, the
+    /// next editor removes what is half-written of them. Where the list cannot be written, that stays.
+    pub fn writes<'a>(&mut self, files: impl IntoIterator<Item = &'a str>) {
+        self.turn.list(files);
     }
 
     /// Saves the manifest as edited.
@@ -60,9 +65,18 @@ impl Draft {
     /// # Errors
     /// [`DraftError`].
     pub fn save(self) -> Result<(), DraftError> {
-        let Self { edit, path, _lock } = self;
+        self.save_and_hold().map(drop)
+    }
+
+    /// Saves the manifest as edited, and keeps the turn for what belongs to it.
+    ///
+    /// # Errors
+    /// [`DraftError`].
+    pub fn save_and_hold(self) -> Result<Turn, DraftError> {
+        let Self { edit, path, turn } = self;
         let Some(text) = edit.into_text() else { return Err(DraftError::Mismatch { path }) };
-        durable::save(&path, text.as_bytes()).map_err(|source| DraftError::Save { path, source })
+        durable::save(&path, text.as_bytes()).map_err(|source| DraftError::Save { path, source })?;
+        Ok(turn)
     }
 
     /// Saves the manifest as edited, and keeps it locked for more edits.

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use ::breeding::{Ballot, Born, Census, Event, Folder, Id, Pool, Reason, Sheep as BredSheep, elect};
 use flock::Draft;
-use flock::{Clip, Edit, FILE_NAME, MAX_FRAMES, Sheep, SheepId, Transition};
+use flock::{Clip, ClipPath, Edit, FILE_NAME, MAX_FRAMES, Sheep, SheepId, Transition};
 use operations::breeding as pools;
 use operations::breeding::{genome, open_for_changes, today};
 use operations::flock_folder::paths;
@@ -271,6 +271,9 @@ impl Args {
         match draft {
             None => new::start(&self.dir, &format!("{}{}", new::HEADING, edit.text()), fill),
             Some(mut draft) => {
+                let places: Vec<ClipPath> =
+                    added.iter().map(|born| paths::genome(&sheep_id(born.id), &born.species)).collect();
+                draft.writes(places.iter().map(ClipPath::as_str));
                 fill()?;
                 draft.edit = edit;
                 Ok(draft.save()?)

@@ -84,7 +84,7 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     session.edit(|edit| edit.add_sheep(sheep))?;
     let note = genome.as_ref().and_then(|genome| genome.note.clone());
     let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
-    FileCopy::run_all(copy, &args.dir, args.force)?;
+    FileCopy::run_all(copy, &mut session, args.force)?;
     let result = session.save()?;
     if let Some(note) = note {
         print::note(&note);

@@ -126,18 +126,25 @@ pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result
 
 impl FileCopy {
     /// Makes all copies, or none if another file is in the place of one and `force` is not set.
-    pub(super) fn run_all(copy: impl Iterator<Item = FileCopy>, folder: &Path, force: bool) -> Result<(), Fatal> {
-        let mut copies = Vec::new();
-        for FileCopy { from, to } in copy {
-            let to = to.inside(folder);
+    pub(super) fn run_all(
+        copy: impl Iterator<Item = FileCopy>,
+        session: &mut EditSession,
+        force: bool,
+    ) -> Result<(), Fatal> {
+        let (folder, draft) = (&session.folder, &mut session.draft);
+        let (mut copies, mut places) = (Vec::new(), Vec::new());
+        for FileCopy { from, to: place } in copy {
+            let to = place.inside(folder);
             let unreadable = |source| Fatal::read(&to, source);
             if !to.exists() || (force && to.is_file()) {
                 copies.push((from, to));
+                places.push(place);
             } else if !to.is_file() || !same_bytes(&from, &to).map_err(unreadable)? {
                 let occupied = Fatal::new(Exit::No, AddError::Occupied { from, to });
                 return Err(occupied.hint("--force replaces it"));
             }
         }
+        draft.writes(places.iter().map(ClipPath::as_str));
         for (from, to) in copies {
             let parent = to.parent().unwrap_or(folder);
             let copied = fs::create_dir_all(parent).and_then(|()| durable::copy(&from, &to));

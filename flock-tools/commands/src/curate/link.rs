@@ -100,7 +100,7 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     if args.clip.is_none() {
         tell_dissolves(&session, &chosen.pairs);
     }
-    FileCopy::run_all(copies.into_iter(), &args.dir, args.force)?;
+    FileCopy::run_all(copies.into_iter(), &mut session, args.force)?;
     session.save()?.print(&done, args.json)
 }
 

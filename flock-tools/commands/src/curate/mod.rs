@@ -29,6 +29,7 @@ use std::sync::Arc;
 use flock::Draft;
 use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, Sheep, SheepId};
 use operations::credits::{CreditsFile, Subject};
+use operations::flock_folder::paths;
 use operations::program::{Exit, Fatal, print};
 
 use selection::Chosen;
@@ -199,8 +200,11 @@ impl EditSession {
             }
             Err(_) => None,
         };
-        self.draft.save()?;
+        let mut draft = self.draft;
+        draft.writes([paths::CREDITS]);
+        let turn = draft.save_and_hold()?;
         credits.map_or(Ok(()), |file| file.save())?;
+        drop(turn);
         Ok(EditResult { folder: self.folder, before: self.before, after, changed: true })
     }
 

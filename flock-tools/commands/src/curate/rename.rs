@@ -58,6 +58,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     })?;
     session.rename_credits(old, new)?;
     let there: Vec<_> = moves.iter().filter(|(old, _)| old.inside(&args.dir).exists()).collect();
+    session.draft.writes(there.iter().map(|(_, new)| new.as_str()));
     for (old, new) in &there {
         copy(&old.inside(&args.dir), &new.inside(&args.dir))?;
     }

@@ -10,7 +10,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use flock::{Draft, Edit, FILE_NAME, Manifest, ManifestError, SheepId, paths};
+use flock::{ClipPath, Draft, Edit, FILE_NAME, Manifest, ManifestError, SheepId, paths};
 
 use super::disk::Disk;
 use super::errors::{ApplyError, NoteError, UndoError};
@@ -77,6 +77,9 @@ impl Document {
             let read = read_back(text, &manifest)?;
             let credits = self.credits_after(edits, &before.manifest, &manifest)?;
             let refused = |error| ApplyError::Refused { error };
+            let genomes = needs.added.iter().filter_map(|sheep| sheep.genome.as_ref());
+            let files = genomes.chain(needs.renamed.values()).map(ClipPath::as_str);
+            draft.writes(files.chain(credits.is_some().then_some(paths::CREDITS)));
             needs.added.iter().try_for_each(|sheep| self.around.place(sheep)).map_err(refused)?;
             copy_renamed(&self.folder, &needs.renamed).map_err(refused)?;
             self.write_step(&said, gesture, &needs, read, credits)?;
@@ -145,7 +148,7 @@ impl Document {
     }
 
     fn go(&mut self, way: Way) -> Result<Undone, UndoError> {
-        let draft = Draft::lock(&self.folder)?;
+        let mut draft = Draft::lock(&self.folder)?;
         self.see(&draft.edit);
         let step = self.step_to(way)?;
         let history = self.journal.history();
@@ -174,6 +177,7 @@ impl Document {
             self.journal
                 .write(record, |_, _| self.around.set_marks(&marks).map_err(|error| UndoError::Pool { error }))?;
         } else {
+            draft.writes(credits.is_some().then_some(paths::CREDITS));
             self.save(record, Texts { manifest: manifest.transpose()?, credits })?;
         }
         drop(draft);

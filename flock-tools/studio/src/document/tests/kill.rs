@@ -1,15 +1,16 @@
 //! A studio that is killed, at any write.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use flock::FILE_NAME;
 
+use super::super::disk::Disk;
 use super::super::{Document, EditRequest, JournalFile, Notes, UndoError};
-use super::{CREDITS, Fields, RING, credits, id, keep, link, open, open_until, ring, text, unlink, want};
+use super::{CREDITS, Fields, Killer, RING, credits, id, keep, link, open, open_until, ring, text, unlink, want};
 
 /// Where the studio that is to be killed works.
 const FOLDER: &str = "STUDIO_TEST_FOLDER";
@@ -93,6 +94,43 @@ fn a_disk_that_fails_once_loses_nothing_and_the_next_edit_is_made() {
             );
         }
     }
+}
+
+/// A disk that keeps what the list of the folder named at the last write of a file that the artist keeps.
+struct Reader(Killer, Arc<Mutex<String>>);
+
+impl Disk for Reader {
+    fn append(&self, bytes: &[u8]) -> io::Result<()> {
+        self.0.append(bytes)
+    }
+
+    fn replace(&self, bytes: &[u8]) -> io::Result<()> {
+        self.0.replace(bytes)
+    }
+
+    fn save(&self, path: &Path, text: &str) -> io::Result<()> {
+        *self.1.lock().unwrap() = fs::read_to_string(path.with_file_name(".flock-edit")).unwrap_or_default();
+        self.0.save(path, text)
+    }
+}
+
+#[test]
+fn what_an_edit_is_about_to_write_is_listed_for_the_next_editor_until_it_is_written() {
+    let folder = ring();
+    let listed = Arc::new(Mutex::new(String::new()));
+    let disk = Reader(Killer::new(folder.path(), usize::MAX, true), Arc::clone(&listed));
+    let mut document = Document::open_on(folder.path(), Box::new(Fields::default()), Box::new(disk)).unwrap();
+    let rename = EditRequest::Rename { sheep: id("b"), to: id("ram") };
+    super::apply(&mut document, &[rename]).unwrap();
+    let files = "loops/ram.mp4\ntransitions/a=ram.mp4\ntransitions/ram=c.mp4\ncredits.toml\n";
+    let mut lines: Vec<_> = listed.lock().unwrap().lines().map(str::to_owned).collect();
+    lines.sort();
+    let mut wanted: Vec<_> = files.lines().map(str::to_owned).collect();
+    wanted.sort();
+    assert_eq!(lines, wanted);
+    document.undo().unwrap();
+    assert_eq!(*listed.lock().unwrap(), "credits.toml\n");
+    assert!(!folder.path().join(".flock-edit").exists());
 }
 
 /// Run by the test below as a program of its own; alone it does nothing.
