@@ -8,7 +8,9 @@
 
 mod connect;
 mod link;
+mod owners_text;
 mod restart;
+mod sentences;
 mod supplicant;
 mod take_in;
 
@@ -20,7 +22,7 @@ const EXIT_STATUS: &str = "\
 Exit status:
   0  the owner's settings are kept, or there are none; the unit may restart
   1  the answer is no: the unit may not restart now
-  2  the command line or the owner's file is wrong: the last good settings stay
+  2  the command line or the owner's file is wrong, or a file that is meant has another name: the last good settings stay
   3  a file could not be read or written, or a program not be run";
 
 /// Take in what the owner of a unit has set in `dreams.toml`, and do it

@@ -6,9 +6,10 @@
 //!
 //! Start at [`run`].
 
+use crate::owners_text::{NoText, OwnersText};
+use crate::sentences;
 use clap::Args;
 use diagnostics::{Exit, chain, print_error};
-use player::config_file::text_of;
 use player::kept::{Kept, resolved_path};
 use player::owner::FILE_NAME;
 use player::wifi::{Wifi, without_password};
@@ -52,8 +53,12 @@ pub(crate) struct Options {
 /// Why the settings were not taken in.
 #[derive(Debug, thiserror::Error)]
 enum Fatal {
+    #[error("`{name}` is not read: the file is called `{FILE_NAME}`")]
+    Misnamed { name: String, is_beside: bool },
     #[error(transparent)]
     Settings(#[from] ConfigError),
+    #[error("`{FILE_NAME}`: {0}")]
+    Text(NoText),
     #[error("cannot write `{path}`", path = path.display())]
     Write { path: PathBuf, source: io::Error },
 }
@@ -67,15 +72,19 @@ pub(crate) fn run(options: &Options) -> Exit {
 
 /// Keeps what the owner has set, if it is right. Where there is no file, what was kept stays.
 fn take_in(options: &Options) -> Result<(), Fatal> {
-    let path = options.folder.join(FILE_NAME);
-    let text = match text_of(&path) {
-        Err(ConfigError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(()),
-        text => text?,
-    };
-    let owner = Owner::parse(Path::new(FILE_NAME), &text)?;
+    let unread = |source| ConfigError::Read { path: options.folder.join(FILE_NAME), source };
+    let OwnersText { text, misnamed } = OwnersText::read(&options.folder).map_err(unread)?;
+    let text = text.transpose().map_err(Fatal::Text)?;
+    text.as_deref().map_or(Ok(()), |text| keep(options, text))?;
+    misnamed.map_or(Ok(()), |name| Err(Fatal::Misnamed { name, is_beside: text.is_some() }))
+}
+
+/// Keeps the settings in the owner's file `text`.
+fn keep(options: &Options, text: &str) -> Result<(), Fatal> {
+    let owner = Owner::parse(Path::new(FILE_NAME), text)?;
     // Only here is the password known: what is kept of the rest is for others to read.
     tell(&options.wifi, owner.wifi().as_ref().map(Wifi::settings).as_deref(), NOBODY_ELSE)?;
-    let Kept { first, resolved } = Kept::of(&without_password(&text));
+    let Kept { first, resolved } = Kept::of(&without_password(text));
     // The first is enough for whoever reads before the second is there, or without it.
     tell(&options.keep, Some(&first), GROUP)?;
     tell(&resolved_path(&options.keep), Some(&resolved), GROUP)
@@ -112,24 +121,33 @@ fn tell(path: &Path, text: Option<&str>, mode: u32) -> Result<(), Fatal> {
     }
 }
 
-/// Writes the notice that says what is wrong with the owner's file.
+/// Writes the notice that says what is wrong with the owner's file. It stays until that is put right; what nobody can put
+/// right there leaves after its time.
 fn warn_people(fatal: &Fatal, notice: &Path) {
-    let text = match fatal {
-        Fatal::Settings(ConfigError::Malformed { line, key, .. }) => {
-            let at = if key.is_empty() { String::new() } else { format!(", at {key}") };
-            format!("{FILE_NAME} is wrong in line {line}{at}. The settings before it stay.")
+    let lasting = Lasting::Settings.path(notice);
+    let (path, text) = match fatal {
+        Fatal::Misnamed { name, is_beside } => (&*lasting, sentences::of_misnamed(name, *is_beside)),
+        Fatal::Settings(error) if is_of_the_disk(error) => (notice, sentences::of_settings(error)),
+        Fatal::Settings(error) => (&*lasting, sentences::of_settings(error)),
+        Fatal::Text(found) => (&*lasting, sentences::of_no_text(*found)),
+        Fatal::Write { .. } => {
+            (notice, "The memory of this frame does not take the settings. The picture goes on.".to_owned())
         }
-        Fatal::Settings(ConfigError::Read { .. }) => {
-            format!("{FILE_NAME} cannot be read. The settings before it stay.")
-        }
-        Fatal::Write { .. } => "The memory of this frame does not take the settings. The picture goes on.".to_owned(),
     };
-    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(notice)) {
+    if path == notice {
+        take_back(notice);
+    }
+    if let Err(error) = (Notice { text, thousandths: None }).tell(path) {
         print_error(&error, Some("cannot write the notice over the picture"));
     }
 }
 
-/// Removes that notice.
+/// Whether the file could not be read for a reason that is not in the file.
+fn is_of_the_disk(error: &ConfigError) -> bool {
+    matches!(error, ConfigError::Read { source, .. } if source.kind() != ErrorKind::FileTooLarge)
+}
+
+/// Removes the notice that stays.
 fn take_back(notice: &Path) {
     if let Err(error) = Lasting::Settings.take_back(notice) {
         print_error(&error, Some("cannot remove the notice over the picture"));
@@ -139,7 +157,7 @@ fn take_back(notice: &Path) {
 /// Writes to standard error why it ends.
 fn ended(fatal: &Fatal) -> Exit {
     match fatal {
-        Fatal::Settings(ConfigError::Malformed { .. }) => {
+        Fatal::Misnamed { .. } | Fatal::Settings(ConfigError::Malformed { .. }) | Fatal::Text(_) => {
             print_error(fatal, Some("every key is explained in `config/dreams.toml`"));
             Exit::Malformed
         }

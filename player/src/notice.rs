@@ -55,6 +55,30 @@ pub struct Notice {
 }
 
 impl Notice {
+    /// Letters of a line on the picture, at most.
+    pub const LINE: usize = 44;
+    /// Lines on the picture, at most.
+    pub const LINES: usize = 3;
+
+    /// Its words in lines of at most `most` letters of ASCII. What does not fit into the last line is left out; letters that
+    /// cannot be drawn are question marks.
+    pub fn lines(&self, most: usize) -> Vec<String> {
+        let plain = |c: char| if c.is_ascii_graphic() { c } else { '?' };
+        let mut lines: Vec<String> = Vec::new();
+        for word in self.text.split_whitespace() {
+            let word: String = word.chars().map(plain).take(most).collect();
+            if let Some(line) = lines.last_mut().filter(|line| line.len() + 1 + word.len() <= most) {
+                line.push(' ');
+                line.push_str(&word);
+            } else if lines.len() < Self::LINES {
+                lines.push(word);
+            } else {
+                break;
+            }
+        }
+        lines
+    }
+
     /// Puts it where the player looks.
     /// Errors: What the file system says; the notice before it stays.
     pub fn tell(&self, path: &Path) -> io::Result<()> {
@@ -71,6 +95,14 @@ impl Notice {
 mod tests {
     use super::Notice;
     use std::fs;
+
+    #[test]
+    fn words_are_wrapped_and_what_cannot_be_drawn_is_a_question_mark() {
+        let wrapped = |text: &str, most| Notice { text: text.to_owned(), thousandths: None }.lines(most);
+        assert_eq!(wrapped("one two\u{e9} three", 8), ["one two?", "three"]);
+        assert_eq!(wrapped("abcdefghij", 4), ["abcd"]);
+        assert_eq!(wrapped(&"word ".repeat(100), 9).len(), Notice::LINES);
+    }
 
     #[test]
     fn what_is_told_is_read_and_rubbish_is_not() {

@@ -47,8 +47,9 @@ impl Settings {
         fs::read_to_string(self.path(name)).ok()
     }
 
-    /// The notice on a mistake in the settings.
+    /// What the notice on a mistake in the settings says.
     pub fn told(&self) -> Option<String> {
-        self.read("notice.settings")
+        let notice: serde_json::Value = serde_json::from_str(&self.read("notice.settings")?).unwrap();
+        Some(notice["text"].as_str().unwrap().to_owned())
     }
 }

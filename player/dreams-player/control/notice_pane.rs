@@ -12,10 +12,6 @@ use player::Notice;
 
 /// Dots of a letter, across and down.
 const LETTER: u32 = 8;
-/// Letters of a line, at most.
-const LINE: usize = 44;
-/// Lines, at most.
-const LINES: usize = 3;
 /// Rows of the picture, or columns if there are fewer, for each pixel of a dot.
 const ROWS_PER_DOT: u32 = 360;
 /// Luma of the pane and of the letters: calm, and legible.
@@ -40,8 +36,8 @@ impl NoticePane {
     fn with(notice: &Notice, (width, height): (u32, u32), dot: u32) -> Option<Self> {
         let (pitch, margin) = (LETTER * dot, LETTER * dot / 2);
         let room = (width.saturating_sub(6 * margin) / pitch) as usize;
-        let lines = wrapped(&notice.text, room.min(LINE));
-        let across = lines.iter().map(Vec::len).max().filter(|across| *across > 0)? as u32;
+        let lines = notice.lines(room.min(Notice::LINE));
+        let across = lines.iter().map(String::len).max().filter(|across| *across > 0)? as u32;
         let bar = if notice.thousandths.is_some() { 3 * dot } else { 0 };
         let down = lines.len() as u32 * (pitch + 2 * dot) + bar;
         let size = (across * pitch + 2 * margin, (down + 2 * margin + 1) & !1);
@@ -53,9 +49,9 @@ impl NoticePane {
         let at = (2 * margin, (height - size.1 - 2 * margin) & !1);
         let mut pane = Self(Pane { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] });
         for (row, line) in lines.iter().enumerate() {
-            for (column, letter) in line.iter().enumerate() {
+            for (column, letter) in line.bytes().enumerate() {
                 let left = margin + column as u32 * pitch;
-                pane.letter(*letter, (left, margin + row as u32 * (pitch + 2 * dot)), dot);
+                pane.letter(letter, (left, margin + row as u32 * (pitch + 2 * dot)), dot);
             }
         }
         if let Some(thousandths) = notice.thousandths {
@@ -83,31 +79,9 @@ impl NoticePane {
     }
 }
 
-/// The words of `text` in lines of at most `most` letters; what does not fit into the last line is left out. Letters that
-/// cannot be drawn are question marks.
-fn wrapped(text: &str, most: usize) -> Vec<Vec<u8>> {
-    let plain = |c: char| if c.is_ascii_graphic() { c as u8 } else { b'?' };
-    let mut lines: Vec<Vec<u8>> = vec![Vec::new()];
-    for word in text.split_whitespace() {
-        let word: Vec<u8> = word.chars().map(plain).take(most).collect();
-        let line = lines.last_mut().expect("there is always a line");
-        if line.is_empty() {
-            *line = word;
-        } else if line.len() + 1 + word.len() <= most {
-            line.push(b' ');
-            line.extend(word);
-        } else if lines.len() < LINES {
-            lines.push(word);
-        } else {
-            break;
-        }
-    }
-    lines
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{DIM, LINES, NoticePane, PANE, wrapped};
+    use super::{DIM, NoticePane, PANE};
     use crate::control::pane::{Overlay, PaneBuffer};
     use player::Notice;
     use screen::Picture;
@@ -159,12 +133,5 @@ mod tests {
         let overlay = Overlay::default();
         overlay.set_notice(Some(Arc::new(pane)));
         assert_eq!(overlay.get().over(&small, &mut PaneBuffer::default()).planes[0], luma);
-    }
-
-    #[test]
-    fn words_are_wrapped_and_what_cannot_be_drawn_is_a_question_mark() {
-        assert_eq!(wrapped("one two\u{e9} three", 8), [&b"one two?"[..], b"three"]);
-        assert_eq!(wrapped("abcdefghij", 4), [b"abcd"]);
-        assert_eq!(wrapped(&"word ".repeat(100), 9).len(), LINES);
     }
 }

@@ -29,7 +29,7 @@ fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is
     machine.run(TAKE_IN);
     let mut looks = machine.watch_for(PAUSE, "a notice", has_notice);
     let notice = machine.run("cat /run/dreams-update/notice.settings; echo");
-    assert!(notice.contains("dreams.toml is wrong in line 3, at brightness."), "{notice}");
+    assert!(notice.contains("dreams.toml line 3: brightness is 1 to 100, or as"), "{notice}");
     assert_eq!(machine.run(KEPT), before, "what was right before stays");
     looks.extend(machine.watch_move(PAUSE, MOVES));
 

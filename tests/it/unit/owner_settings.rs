@@ -29,9 +29,17 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
 
     let far_too_long = format!("# {}", "x".repeat(70_000));
     for (text, code, said, told) in [
-        ("unit = \"lobby\"\nhours = \"8-23\"\n", 2, "line 2, key `hours`", "wrong in line 2, at hours."),
-        ("hour = 1", 2, "unknown field `hour`", "wrong in line 1, at hour."),
-        (&far_too_long, 3, "cannot read", "cannot be read."),
+        (
+            "unit = \"lobby\"\nhours = \"8-23\"\n",
+            2,
+            "line 2, key `hours`",
+            "line 2: hours is two times, as \"08:00-23:00\".",
+        ),
+        ("hour = 1", 2, "unknown field `hour`", "line 1: this version does not know hour. Did you mean hours?"),
+        ("unit = \"a\"\nunit = \"b\"\n", 2, "line 2, key `unit`: duplicate key", "line 2: unit is set twice."),
+        ("", 2, "it is empty", "is empty."),
+        ("\n \r\n\0\0", 2, "it is empty", "is empty."),
+        (&far_too_long, 3, "cannot read", "has more than 64 KiB."),
     ] {
         let (exit, error) = settings.set(text);
         assert!(exit == Some(code) && error.contains(said), "{exit:?}: {error}");
@@ -54,6 +62,65 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
 }
 
 #[test]
+fn a_file_of_another_name_or_encoding_is_named_with_what_to_do_and_takes_no_setting_away() {
+    let settings = Settings::new();
+    let [plain, text] = ["partition/dreams.toml", "partition/Dreams.toml.TXT"].map(|name| settings.path(name));
+    let take_in = || {
+        let said = output(&mut settings.taking());
+        (said.status.code(), settings.told().unwrap_or_default())
+    };
+    let good = "unit = \"lobby\"\nwifi = \"Home\"\n";
+    assert_eq!(settings.set(good), (Some(0), String::new()));
+    for (bytes, told) in [
+        (b"\xff\xfeu\0n\0i\0t\0".to_vec(), "is saved as UTF-16. Save it as UTF-8."),
+        (b"u\0n\0i\0t\0 \0=\0".to_vec(), "is saved as UTF-16. Save it as UTF-8."),
+        (b"unit = \"a\"\n# Z\xfcrich\n".to_vec(), "line 2 has characters that are not UTF-8. Save it as UTF-8."),
+    ] {
+        fs::write(&plain, bytes).unwrap();
+        let (code, notice) = take_in();
+        assert!(
+            code == Some(2) && notice.contains(told) && notice.contains("The settings before it stay."),
+            "{notice}"
+        );
+        assert!(settings.read("kept").as_deref() == Some(good) && settings.read("wifi.conf").is_some());
+    }
+    fs::write(&plain, [b"\xef\xbb\xbf", "# Z\u{fc}rich\nunit = \"lobby\"\n".as_bytes()].concat()).unwrap();
+    assert_eq!(take_in(), (Some(0), String::new()), "a mark before UTF-8 is none of the owner's business");
+    assert_eq!(settings.read("name").as_deref(), Some("lobby\n"));
+
+    fs::write(&text, "unit = \"stairs\"\n").unwrap();
+    let (code, notice) = take_in();
+    assert!(code == Some(2) && notice.contains("Dreams.toml.TXT is not read, dreams.toml beside it is."), "{notice}");
+    assert_eq!(settings.set("unit = \"attic\"\n").0, Some(2));
+    assert_eq!(settings.read("name").as_deref(), Some("attic\n"), "the file of the right name is taken in");
+    fs::remove_file(&plain).unwrap();
+    let (code, notice) = take_in();
+    assert!(code == Some(2) && notice.contains("Dreams.toml.TXT is not read. Rename it to dreams.toml."), "{notice}");
+    assert_eq!(settings.read("name").as_deref(), Some("attic\n"));
+    fs::rename(&text, &plain).unwrap();
+    assert_eq!(take_in(), (Some(0), String::new()));
+    assert_eq!(settings.read("name").as_deref(), Some("stairs\n"));
+    assert_eq!(settings.set("# unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(settings.read("name"), None, "comments alone take all settings back");
+}
+
+#[test]
+fn what_nobody_can_mend_in_the_file_is_told_for_a_moment_only() {
+    let settings = Settings::new();
+    assert_eq!(settings.set("hours = 8\n").0, Some(2));
+    assert!(settings.told().is_some());
+    fs::create_dir(settings.path("kept")).unwrap();
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(3));
+    assert!(settings.read("notice").unwrap().contains("The memory of this frame does not take the settings."));
+    assert_eq!(settings.told(), None, "the file is right");
+    fs::remove_file(settings.path("partition/dreams.toml")).unwrap();
+    fs::create_dir(settings.path("partition/dreams.toml")).unwrap();
+    assert_eq!(output(&mut settings.taking()).status.code(), Some(3));
+    assert!(settings.read("notice").unwrap().contains("dreams.toml cannot be read."));
+    assert_eq!(settings.told(), None, "the disk is to blame");
+}
+
+#[test]
 fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
     let settings = Settings::new();
     let text = "unit = \"lobby\"\nwifi = \"Home\"\nwifi_password = \"velvet under\"\ndns = [\"192.0.2.53\"]\n";
@@ -71,7 +138,10 @@ fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
     let (exit, error) = settings.set("wifi = \"Home\"\nwifi_password = \"velvet\"\n");
     assert!(exit == Some(2) && error.contains("line 2, key `wifi_password`") && !error.contains("velvet"), "{error}");
     let told = settings.told().unwrap();
-    assert!(told.contains("wrong in line 2, at wifi_password.") && !told.contains("velvet"), "{told}");
+    assert!(
+        told.contains("line 2: wifi_password is 8 to 63 English letters or signs in \"\".") && !told.contains("velvet"),
+        "{told}"
+    );
     assert!(settings.read("wifi.conf").unwrap().contains("velvet under"), "the last good Wi-Fi stays");
     let (exit, error) = settings.set("wifi = \"Home\"\nwifi_country = \"Switzerland\"\n");
     assert!(
@@ -164,7 +234,8 @@ fn an_older_system_keeps_the_settings_in_force_that_a_newer_one_took_in() {
         }
         let (exit, error) = settings.set(&newer);
         assert!(exit == Some(2) && error.contains("unknown field `colour`"), "{error}");
-        assert!(settings.told().unwrap().contains("The settings before it stay."));
+        let told = "dreams.toml line 9: this version does not know colour. The settings before it stay.";
+        assert!(settings.told().unwrap().contains(told), "{:?}", settings.told());
         assert_eq!(settings.read("kept").as_ref(), Some(kept), "and they do");
         assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
         assert_eq!(settings.read("name").as_deref(), Some("stairs\n"));

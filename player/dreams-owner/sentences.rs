@@ -1,0 +1,175 @@
+//! The notices about the owner's file: what is wrong in it, and how it is put right.
+//!
+//! Owns those sentences. A notice has little room: each says what is expected, and repeats no value, which may be long or a
+//! secret. `config/dreams.toml` explains the keys.
+
+use crate::owners_text::NoText;
+use diagnostics::did_you_mean;
+use player::ConfigError;
+use player::config_file::Mistake;
+use player::owner::FILE_NAME;
+use std::io::ErrorKind;
+
+/// How each key is set.
+const FORMS: [(&str, &str); 27] = [
+    ("acknowledge", "true or false"),
+    ("address", "as \"192.0.2.7/24\""),
+    ("brightness", "1 to 100, or as \"07:00 100, 20:00 40\""),
+    ("button", "\"any\", or a path below \"/dev/input\""),
+    ("button_down", "one key, as \"KEY_DOWN\""),
+    ("button_up", "\"any\", or one key, as \"KEY_UP\""),
+    ("connector", "as \"HDMI-A-1\""),
+    ("dns", "addresses, as [\"192.0.2.53\"]"),
+    ("gateway", "an address, as \"192.0.2.1\""),
+    ("hours", "two times, as \"08:00-23:00\""),
+    ("keys", "lines of NAME.pub, as [\"RWQy...\"]"),
+    ("margin", "0 to 20"),
+    ("mode", "as \"1920x1080@60\""),
+    ("night", "\"off\" or \"black\""),
+    ("presence", "a path below \"/dev/input\""),
+    ("proxy", "as \"http://proxy.example.org:3128\""),
+    ("range", "\"auto\", \"full\" or \"limited\""),
+    ("report_to", "as \"https://example.org/units\""),
+    ("report_votes", "true or false"),
+    ("rotate", "0, 90, 180 or 270"),
+    ("timezone", "as \"Europe/Zurich\""),
+    ("unit", "1 to 64 of a-z 0-9 . _ -, in \"\""),
+    ("url", "as \"https://example.org/flocks\""),
+    ("vote_noise", "true or false"),
+    ("wifi", "its name in \"\", 32 bytes at most"),
+    ("wifi_country", "two capitals, as \"CH\""),
+    ("wifi_password", "8 to 63 English letters or signs in \"\""),
+];
+/// Letters of a key that is not known.
+const KEY: usize = 24;
+/// What follows each of them.
+const STAYS: &str = "The settings before it stay.";
+
+/// What is wrong with the settings in the file.
+pub(crate) fn of_settings(error: &ConfigError) -> String {
+    match error {
+        ConfigError::Malformed { line, key, mistake, .. } => {
+            format!("{FILE_NAME} line {line}: {} {STAYS}", of_line(key, *mistake))
+        }
+        ConfigError::Read { source, .. } if source.kind() == ErrorKind::FileTooLarge => {
+            format!("{FILE_NAME} has more than 64 KiB. {STAYS}")
+        }
+        ConfigError::Read { .. } => format!("{FILE_NAME} cannot be read. {STAYS}"),
+    }
+}
+
+/// What the file has instead of text.
+pub(crate) fn of_no_text(found: NoText) -> String {
+    match found {
+        NoText::Empty => format!("{FILE_NAME} is empty. {STAYS}"),
+        NoText::NotUtf8 { line } => {
+            format!("{FILE_NAME} line {line} has characters that are not UTF-8. Save it as UTF-8. {STAYS}")
+        }
+        NoText::Utf16 => format!("{FILE_NAME} is saved as UTF-16. Save it as UTF-8. {STAYS}"),
+    }
+}
+
+/// A file of another name, instead of ours or beside it.
+pub(crate) fn of_misnamed(name: &str, is_beside: bool) -> String {
+    if is_beside {
+        format!("{name} is not read, {FILE_NAME} beside it is. Give the one that you want that name, delete the other.")
+    } else {
+        format!("{name} is not read. Rename it to {FILE_NAME}. {STAYS}")
+    }
+}
+
+fn of_line(key: &str, mistake: Mistake) -> String {
+    let form = FORMS.iter().find(|(known, _)| *known == key).map(|(_, form)| form);
+    match (mistake, form) {
+        (Mistake::Alone { needs }, _) => format!("{key} is set without {needs}."),
+        (Mistake::Twice, _) => format!("{key} is set twice."),
+        (Mistake::Value, Some(form)) => format!("{key} is {form}."),
+        (Mistake::Value, None) if key.is_empty() => "it is not of the form key = value.".to_owned(),
+        (Mistake::Value, None) | (Mistake::Unknown, _) => {
+            let short: String = key.chars().take(KEY).collect();
+            let similar = did_you_mean(key, FORMS.iter().map(|(known, _)| *known));
+            let question =
+                similar.map(|question| format!(" {}", capital(&question.replace('`', "")))).unwrap_or_default();
+            format!("this version does not know {short}.{question}")
+        }
+    }
+}
+
+/// A question that begins a sentence.
+fn capital(question: &str) -> String {
+    let mut letters = question.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FORMS, of_line, of_misnamed, of_no_text, of_settings};
+    use crate::owners_text::NoText;
+    use player::config_file::{ConfigError, Mistake};
+    use player::owner::FILE_NAME;
+    use player::{Notice, Owner};
+    use std::path::Path;
+
+    const SAMPLE: &str = include_str!("../../config/dreams.toml");
+
+    /// What is said of this text.
+    fn told(text: &str) -> String {
+        of_settings(&Owner::parse(Path::new(FILE_NAME), text).unwrap_err())
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_what_would_be_right() {
+        for (text, said) in [
+            ("\nbrightness = 400", "dreams.toml line 2: brightness is 1 to 100, or as \"07:00 100, 20:00 40\"."),
+            ("hours = 8:00-23:00", "dreams.toml line 1: hours is two times, as \"08:00-23:00\"."),
+            ("rotate = 45", "rotate is 0, 90, 180 or 270."),
+            ("hour = 1", "line 1: this version does not know hour. Did you mean hours?"),
+            ("unit = \"lobby\"\nglow = 1", "line 2: this version does not know glow. The"),
+            ("[picture]\nrotate = 90", "line 1: this version does not know picture. The"),
+            ("unit = \"a\"\nunit = \"b\"", "line 2: unit is set twice."),
+            ("gateway = \"192.0.2.1\"", "line 1: gateway is set without address."),
+            ("vote_noise = true", "line 1: vote_noise is set without button or presence."),
+            ("unit = \"a\"\nplease be brighter", "line 2: it is not of the form key = value."),
+        ] {
+            let told = told(text);
+            assert!(told.contains(said) && told.ends_with(" The settings before it stay."), "{told}");
+        }
+        let secret = told("wifi = \"Home\"\nwifi_password = \"velvet\"");
+        assert!(secret.contains("wifi_password is 8 to 63 English letters") && !secret.contains("velvet"), "{secret}");
+    }
+
+    #[test]
+    fn every_key_has_its_form_and_every_sentence_room_on_the_picture() {
+        let keys: Vec<_> = FORMS.iter().map(|(key, _)| *key).collect();
+        let mut explained: Vec<_> =
+            SAMPLE.lines().filter_map(|line| line.strip_prefix("# ")?.split_once(" = ")).collect();
+        explained.retain(|(key, _)| key.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_'));
+        let mut wanted: Vec<_> = explained.iter().map(|(key, _)| *key).collect();
+        wanted.sort_unstable();
+        assert_eq!(keys, wanted);
+        let of = |key: &str, mistake| {
+            let (path, key) = (FILE_NAME.into(), key.to_owned());
+            of_settings(&ConfigError::Malformed { path, line: 12_345, key, message: String::new(), mistake })
+        };
+        let values = keys.iter().map(|key| of(key, Mistake::Value));
+        let unknown = ["a".repeat(90), "wifi_passwords".to_owned(), "button_dow".to_owned(), "report_".to_owned()];
+        let others = unknown.iter().map(|key| of(key, Mistake::Unknown));
+        let alone = Mistake::Alone { needs: "button or presence" };
+        let rest = [
+            of("vote_noise", alone),
+            of("report_votes", Mistake::Twice),
+            of("", Mistake::Value),
+            of_no_text(NoText::Empty),
+            of_no_text(NoText::NotUtf8 { line: 12_345 }),
+            of_no_text(NoText::Utf16),
+            of_misnamed("Dreams.toml.TXT", true),
+            of_misnamed("Dreams.toml.TXT", false),
+        ];
+        for text in values.chain(others).chain(rest) {
+            let told = Notice { text: text.clone(), thousandths: None }.lines(Notice::LINE);
+            assert_eq!(told.join(" "), text, "{told:?}");
+            assert!(text.is_ascii(), "{text}");
+        }
+        assert!(of_line("unit", Mistake::Value).contains("a-z"));
+    }
+}
