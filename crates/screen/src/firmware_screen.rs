@@ -12,7 +12,7 @@ use crate::paint::{Format, Layout, blacken, paint};
 use crate::raw::{Framebuffer, framebuffer};
 use crate::transform::{Transform, Transformer};
 use crate::virtual_screen::{Pace, VirtualScreen};
-use crate::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
+use crate::{DimmedBy, Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use std::fs::{self, File};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::FileExt;
@@ -188,6 +188,7 @@ impl Screen for FirmwareScreen {
             mode: format!("{width}x{height}@{}", lit.refresh),
             size: self.framebuffer.size,
             format: format!("{:?}", self.packing),
+            dimmed_by: DimmedBy::Samples,
             ..lit
         })
     }

@@ -23,5 +23,6 @@ pub use display::{Display, is_card};
 pub use kms::{FdStore, KmsScreen, KmsSettings};
 pub use output::{Margin, OutputError, OutputSettings, RequestedMode, Rotation, SignalRange};
 pub use picture::Picture;
-pub use screen::{Event, Light, Screen, ScreenError, ScreenInfo};
+pub use screen::{DimmedBy, Event, Light, Screen, ScreenError, ScreenInfo};
+pub use transform::Dim;
 pub use virtual_screen::{Pace, VirtualScreen};

@@ -22,6 +22,19 @@ pub struct ScreenInfo {
     pub refresh: Rate,
     /// The owner's settings that the screen does not fulfil, each as a sentence.
     pub notes: Vec<String>,
+    /// What becomes less when it is dimmed.
+    pub dimmed_by: DimmedBy,
+}
+
+/// What becomes less when a screen is dimmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DimmedBy {
+    /// The light behind the picture.
+    Backlight,
+    /// Nothing: brightness has no effect.
+    Nothing,
+    /// The signal of each sample, over black.
+    Samples,
 }
 
 /// How bright a screen is to be.

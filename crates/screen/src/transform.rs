@@ -127,21 +127,39 @@ fn whole_rows(plane: &[u8], stride: usize, height: usize) -> Cow<'_, [u8]> {
     )
 }
 
-/// Moves every sample towards black.
-fn dim(picture: &Picture<'_>, thousandths: u16, into: &mut OwnedPicture) {
+/// The dimming of samples: towards black.
+#[derive(Clone, Copy, Debug)]
+pub struct Dim {
+    factor: i16,
+}
+
+impl Dim {
     /// Bits of the factor's fraction.
     const BITS: u32 = 7;
-    let factor = i16::try_from((u32::from(thousandths) << BITS).div_ceil(1000)).expect("a thousand at most");
-    into.resize((picture.width, picture.height));
-    for (plane, black) in BLACK.into_iter().enumerate() {
-        let black = i16::from(black);
-        let rows = into.plane_mut(plane).chunks_exact_mut(picture.extent(plane).0);
-        for (out, row) in rows.zip(picture.rows(plane)) {
-            for (out, sample) in out.iter_mut().zip(row) {
-                let above = (i16::from(*sample) - black) * factor + (1 << (BITS - 1));
-                *out = (black + (above >> BITS)) as u8;
-            }
+
+    /// To so many thousandths, 1000 at most.
+    pub fn to(thousandths: u16) -> Self {
+        let factor = (u32::from(thousandths.min(1000)) << Self::BITS).div_ceil(1000);
+        Self { factor: factor as i16 }
+    }
+
+    /// What of the samples of plane number `plane`, 2 at most, is left.
+    #[inline]
+    pub fn row(self, plane: usize, row: &[u8], out: &mut [u8]) {
+        let black = i16::from(BLACK[plane]);
+        for (out, sample) in out.iter_mut().zip(row) {
+            let above = (i16::from(*sample) - black) * self.factor + (1 << (Self::BITS - 1));
+            *out = (black + (above >> Self::BITS)) as u8;
         }
+    }
+}
+
+fn dim(picture: &Picture<'_>, thousandths: u16, into: &mut OwnedPicture) {
+    let dim = Dim::to(thousandths);
+    into.resize((picture.width, picture.height));
+    for plane in 0..BLACK.len() {
+        let rows = into.plane_mut(plane).chunks_exact_mut(picture.extent(plane).0);
+        rows.zip(picture.rows(plane)).for_each(|(out, row)| dim.row(plane, row, out));
     }
 }
 

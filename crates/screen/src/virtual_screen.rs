@@ -5,7 +5,7 @@
 
 use crate::picture::OwnedPicture;
 use crate::vblank_clock::VblankClock;
-use crate::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
+use crate::{DimmedBy, Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use rustix::event::{Timespec, poll};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -118,6 +118,7 @@ impl Screen for VirtualScreen {
             format: "YU12".to_owned(),
             refresh: self.refresh,
             notes: Vec::new(),
+            dimmed_by: DimmedBy::Nothing,
         })
     }
 

@@ -130,7 +130,7 @@ fn mark((width, height): (u32, u32)) -> Pane {
 #[cfg(test)]
 mod tests {
     use super::{Acknowledgements, SHOWN_NS, mark};
-    use crate::control::pane::{Overlay, PaneBuffer};
+    use crate::control::pane::{FULL, Overlay, PaneBuffer};
     use screen::Picture;
     use std::sync::Arc;
     use timing::Nanos;
@@ -146,7 +146,7 @@ mod tests {
             let (wide, half) = (width as usize, width as usize / 2);
             let picture = Picture { width, height, planes: [&ground, &colour, &colour], strides: [wide, half, half] };
             let mut memory = PaneBuffer::default();
-            let over = overlay.get().over(&picture, &mut memory);
+            let over = overlay.get().over(&picture, FULL, &mut memory);
             let changed = over.planes[0].iter().filter(|luma| **luma != 90).count();
             assert!(changed > 0 && (changed * 400 <= ground.len() || width < 64), "{changed} of {width}x{height}");
             let elsewhere = |at: usize| at % wide < wide / 2 || at / wide < height as usize / 2;

@@ -13,4 +13,6 @@ mod pane;
 pub(crate) use acknowledgement::Acknowledgements;
 pub(crate) use brightness::{BrightnessControl, DisplayTarget};
 pub(crate) use notice_watcher::NoticeWatcher;
-pub(crate) use pane::{Overlay, PaneBuffer};
+#[cfg(test)]
+pub(crate) use pane::Pane;
+pub(crate) use pane::{FULL, Overlay, PaneBuffer};

@@ -1,7 +1,7 @@
 //! A notice over the picture, for the people in front of it.
 //!
 //! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more
-//! than a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
+//! than a twentieth of the picture. On a dimmed display the frames are dimmed, and it is not: `presenter/display.rs`. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
 //! long it is shown.
 //!
 //! Start at [`NoticePane::draw`].
@@ -81,8 +81,8 @@ impl NoticePane {
 
 #[cfg(test)]
 mod tests {
-    use super::{DIM, NoticePane, PANE};
-    use crate::control::pane::{Overlay, PaneBuffer};
+    use super::{DIM, INK, NoticePane, PANE};
+    use crate::control::pane::{FULL, Overlay, PaneBuffer};
     use player::Notice;
     use screen::Picture;
     use std::sync::Arc;
@@ -102,13 +102,27 @@ mod tests {
             let picture = Picture { width, height, planes: [&ground, &colour, &colour], strides: [wide, half, half] };
             let (overlay, mut memory) = (Overlay::default(), PaneBuffer::default());
             overlay.set_notice(Some(Arc::new(pane)));
-            let over = overlay.get().over(&picture, &mut memory);
+            let over = overlay.get().over(&picture, FULL, &mut memory);
             let changed = over.planes[0].iter().zip(&ground).filter(|(over, ground)| over != ground).count();
             assert!(changed * 20 <= ground.len() && changed * 100 > ground.len(), "{changed} of {width}x{height}");
             let grey = over.planes[1].iter().filter(|sample| **sample != 77).count();
             assert!(grey * 20 <= colour.len() && grey > 0);
             assert_eq!(over.planes[0][..wide * 100], ground[..wide * 100], "the top is the picture's");
         }
+    }
+
+    #[test]
+    fn a_notice_over_dimmed_frames_is_as_bright_as_over_others() {
+        let pane = NoticePane::draw(&notice("Here.", None), (640, 480)).unwrap();
+        let (luma, chroma) = (vec![116; 640 * 480], vec![228; 320 * 240]);
+        let picture = Picture { width: 640, height: 480, planes: [&luma, &chroma, &chroma], strides: [640, 320, 320] };
+        let (overlay, mut memory) = (Overlay::default(), PaneBuffer::default());
+        overlay.set_notice(Some(Arc::new(pane.clone())));
+        let over = overlay.get().over(&picture, 400, &mut memory);
+        let rows = over.planes[0].chunks(640).skip(pane.at.1 as usize).take(pane.size.1 as usize);
+        let there: Vec<u8> = rows.flat_map(|row| row[pane.at.0 as usize..][..pane.size.0 as usize].to_vec()).collect();
+        assert!(there == pane.luma && there.contains(&INK), "no letter is darker");
+        assert_eq!((over.planes[0][0], over.planes[1][0]), (57, 169), "the frame has 4 tenths of its light and colour");
     }
 
     #[test]
@@ -132,6 +146,6 @@ mod tests {
         assert!(pane.luma.contains(&PANE));
         let overlay = Overlay::default();
         overlay.set_notice(Some(Arc::new(pane)));
-        assert_eq!(overlay.get().over(&small, &mut PaneBuffer::default()).planes[0], luma);
+        assert_eq!(overlay.get().over(&small, FULL, &mut PaneBuffer::default()).planes[0], luma);
     }
 }

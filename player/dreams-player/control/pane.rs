@@ -7,11 +7,13 @@
 //! Start at [`Overlay`].
 
 use player::hold;
-use screen::Picture;
+use screen::{Dim, Picture};
 use std::sync::{Arc, Mutex};
 
 /// Luma of a pixel that leaves the picture as it is: blacker than black.
 pub(crate) const CLEAR: u8 = 0;
+/// All of the light, in thousandths.
+pub(crate) const FULL: u16 = 1000;
 /// No colour.
 const GREY: u8 = 128;
 
@@ -66,18 +68,32 @@ impl Overlay {
 }
 
 impl Panes {
-    /// Lays them over `picture`, in the memory of `into`. A picture that they were not drawn for stays as it is.
-    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut PaneBuffer) -> Picture<'a> {
+    /// Whether there is a notice.
+    pub(crate) fn has_notice(&self) -> bool {
+        self.notice.is_some()
+    }
+
+    /// Lays them over `picture`, of whose samples so many `thousandths` are left, in the memory of `into`. Over a picture that
+    /// they were not drawn for there is nothing.
+    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, thousandths: u16, into: &'a mut PaneBuffer) -> Picture<'a> {
         into.mark = self.mark.as_ref().map(|(number, _)| *number);
         let size = (picture.width, picture.height);
         let panes = [self.notice.as_ref(), self.mark.as_ref().map(|(_, pane)| pane)];
         let mut panes = panes.into_iter().flatten().filter(|pane| pane.picture == size).peekable();
-        if panes.peek().is_none() {
+        let is_dimmed = thousandths < FULL;
+        if panes.peek().is_none() && !is_dimmed {
             return *picture;
         }
+        let dim = Dim::to(thousandths);
         for (plane, bytes) in into.planes.iter_mut().enumerate() {
             bytes.clear();
-            picture.rows(plane).for_each(|row| bytes.extend_from_slice(row));
+            for row in picture.rows(plane) {
+                bytes.extend_from_slice(row);
+                if is_dimmed {
+                    let at = bytes.len() - row.len();
+                    dim.row(plane, row, &mut bytes[at..]);
+                }
+            }
         }
         panes.for_each(|pane| pane.lay(&mut into.planes));
         let [luma, blue, red] = &into.planes;

@@ -81,6 +81,8 @@ pub(crate) struct Presenter<'a, F> {
     /// The brightness and the owner's settings that the screen has.
     lighting: Lighting,
     output: Option<Arc<OutputSettings>>,
+    /// Whether the frames are dimmed in place of the display, for a notice.
+    is_lifted: bool,
     /// Memory for the picture under a notice.
     buffer: PaneBuffer,
 }
@@ -120,6 +122,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
             moved: Nanos(0),
             lighting: Lighting::FULL,
             output: None,
+            is_lifted: false,
             buffer: PaneBuffer::default(),
         };
         presenter.back();
@@ -392,9 +395,11 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
 
     /// Stages a frame, with what lies over it.
     fn stage(&mut self, which: fn(&Playback) -> Option<&SourceFrame>) -> Result<(), ScreenError> {
+        let panes = self.handles.overlay.get();
+        self.lift(panes.has_notice());
+        let samples = self.brightness().samples;
         let Some(SourceFrame { frame, .. }) = which(&self.playback) else { return Ok(()) };
-        let (picture, panes) = (frame.pixels.picture(), self.handles.overlay.get());
-        self.screen.stage(&panes.over(&picture, &mut self.buffer))
+        self.screen.stage(&panes.over(&frame.pixels.picture(), samples, &mut self.buffer))
     }
 }
 

@@ -78,7 +78,7 @@ mod tests {
     use crate::recording::recorder::Record;
     use crate::recording::view::Tally;
     use crate::stream::scheduled_clip::tests::scheduled_clips;
-    use screen::ScreenInfo;
+    use screen::{DimmedBy, ScreenInfo};
     use std::sync::Arc;
     use timing::{Nanos, Rate, Vblank};
 
@@ -95,6 +95,7 @@ mod tests {
             format: "YU12".to_owned(),
             refresh: Rate::new(60, 1).unwrap(),
             notes: Vec::new(),
+            dimmed_by: DimmedBy::Nothing,
         };
         assert_eq!(
             line(&Record::Start { lit: Arc::new(lit), fps: Rate::new(24_000, 1_001).unwrap() }),

@@ -14,7 +14,7 @@ mod metrics;
 mod server;
 mod standing;
 
-use crate::control::{Overlay, PaneBuffer};
+use crate::control::{FULL, Overlay, PaneBuffer};
 use crate::recording::{Faults, SharedView};
 use crate::settings::StatusAddress;
 use crate::stream::Plan;
@@ -74,7 +74,7 @@ impl Page {
             "/screen.jpg" => match self.view.get().shown {
                 Some(shown) => {
                     let (picture, mut buffer) = (shown.pixels.picture(), PaneBuffer::default());
-                    Answer::of("image/jpeg", jpeg::encode(&self.overlay.get().over(&picture, &mut buffer)))
+                    Answer::of("image/jpeg", jpeg::encode(&self.overlay.get().over(&picture, FULL, &mut buffer)))
                 }
                 None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
             },

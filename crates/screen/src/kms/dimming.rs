@@ -8,7 +8,7 @@
 
 use super::card::{Crtc, Id, Kms, Request};
 use super::plan::Plan;
-use crate::Light;
+use crate::{DimmedBy, Light};
 
 /// All of the light, in thousandths.
 pub(super) const FULL: u16 = 1000;
@@ -105,6 +105,11 @@ impl Dimming {
             let made = kms.create_blob(&dimmer.bytes(self.thousandths));
             self.blob = made.inspect_err(|error| tracing::debug!(%error, "cannot create a blob for dimming")).ok();
         }
+    }
+
+    /// What becomes less.
+    pub(super) fn by(&self) -> DimmedBy {
+        if self.has_backlight { DimmedBy::Backlight } else { DimmedBy::Samples }
     }
 
     /// The brightness of samples as they are copied, in thousandths.

@@ -359,6 +359,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
             format: output.plan.way.format.format.name().to_owned(),
             refresh: output.plan.refresh,
             notes: output.plan.unmet.clone(),
+            dimmed_by: output.dimming.by(),
         })
     }
 

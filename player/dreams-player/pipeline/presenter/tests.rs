@@ -2,13 +2,15 @@
 //!
 //! Owns the fake screen and the fake source. Nothing here waits: a vblank begins when the presenter asks for it.
 
+use super::display::Brightness;
 use super::{FrameSource, NextFrame, Presenter, PresenterHandles, RunEnd, StreamFormat};
-use crate::control::{DisplayTarget, Overlay};
+use crate::control::{DisplayTarget, Overlay, Pane};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, PlaceSaver, PlaceStore, Record, Recorder, SharedView, Tally};
 use crate::stream::ScheduledClip;
 use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
-use screen::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
+use player::hours::Lighting;
+use screen::{DimmedBy, Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -27,6 +29,9 @@ type Glow = Rc<RefCell<Vec<(u32, u8)>>>;
 struct FakeScreen {
     now: Now,
     glow: Glow,
+    /// How bright the screen was at each of these flips.
+    beam: Rc<RefCell<Vec<u16>>>,
+    light: u16,
     is_lit: bool,
     staged: Option<u8>,
     /// The vblank at which the commit arrives.
@@ -55,6 +60,7 @@ impl Screen for FakeScreen {
             format: "YU12".to_owned(),
             refresh: Rate::new(HZ, 1).unwrap(),
             notes: Vec::new(),
+            dimmed_by: DimmedBy::Samples,
         })
     }
 
@@ -72,13 +78,12 @@ impl Screen for FakeScreen {
         panic!("all pictures are of one form");
     }
 
-    fn set_light(&mut self, _: Light) {
-        panic!("nobody has said how bright it is to be");
+    fn set_light(&mut self, light: Light) {
+        let Light::On { thousandths } = light else { panic!("nobody has said that it is to be off") };
+        self.light = thousandths;
     }
 
-    fn set_output(&mut self, _: &OutputSettings) {
-        panic!("nobody has set anything of it");
-    }
+    fn set_output(&mut self, _: &OutputSettings) {}
 
     fn notify_at(&mut self, vblank: Vblank) {
         self.asked = Some(vblank.0.max(self.now.get()));
@@ -99,6 +104,7 @@ impl Screen for FakeScreen {
         let (vblank, at) = (Vblank(next), Nanos(u64::from(next) * 1_000_000_000 / HZ));
         if self.flip == Some(next) {
             self.flip = None;
+            self.beam.borrow_mut().push(self.light);
             self.glow.borrow_mut().push((next, self.staged.take().expect("something was staged")));
             return Event::Flip { vblank, at };
         }
@@ -134,11 +140,15 @@ struct Evening {
     incidents: Vec<(u32, Event)>,
     /// The vblank from which on someone wants it to end.
     stop: Option<u32>,
+    /// How bright it is to be, and what lies over it.
+    thousandths: Option<u16>,
+    notice: Option<Pane>,
 }
 
 /// What one saw and heard of it.
 struct Memory {
     glow: Vec<(u32, u8)>,
+    beam: Vec<u16>,
     records: Vec<Record>,
     ended: RunEnd,
     late_on_glass: u64,
@@ -149,7 +159,7 @@ impl Evening {
     /// Every frame lies ready from the start.
     fn of(fps: u64, scheduled_clips: &[Arc<ScheduledClip>]) -> Self {
         let things = frames(scheduled_clips).into_iter().map(|frame| (0, NextFrame::Frame(frame))).collect();
-        Self { fps: (fps, 1), things, incidents: Vec::new(), stop: None }
+        Self { fps: (fps, 1), things, incidents: Vec::new(), stop: None, thousandths: None, notice: None }
     }
 
     /// Frame `index` and all after it are ready from `vblank` on.
@@ -181,10 +191,13 @@ impl Evening {
     }
 
     fn watch_with(self, saver: Option<PlaceSaver>) -> Memory {
+        let beam = Rc::default();
         let (now, glow, stop) = (Now::default(), Glow::default(), Arc::new(AtomicBool::new(self.stop == Some(0))));
         let screen = FakeScreen {
             now: Rc::clone(&now),
             glow: Rc::clone(&glow),
+            beam: Rc::clone(&beam),
+            light: 1000,
             is_lit: true,
             staged: None,
             flip: None,
@@ -195,6 +208,10 @@ impl Evening {
         let (recorder, queue) = Recorder::for_tests();
         let (faults, view, overlay) = (Faults::new(|_| ()), SharedView::default(), Overlay::default());
         let (target, gate) = (DisplayTarget::default(), StartGate::default());
+        overlay.set_notice(self.notice.map(Arc::new));
+        if let Some(thousandths) = self.thousandths {
+            target.set(Lighting::On { thousandths }, &Arc::default());
+        }
         let watchdog = Some(Duration::from_millis(500));
         let (view, stop) = (&view, &*stop);
         let handles = PresenterHandles {
@@ -215,7 +232,15 @@ impl Evening {
             saver.end();
         }
         let late_on_glass = view.get().tally.late;
-        Memory { glow: glow.take(), records: queue.try_iter().collect(), ended, late_on_glass, faults: faults.count() }
+        let beam = beam.take();
+        Memory {
+            glow: glow.take(),
+            beam,
+            records: queue.try_iter().collect(),
+            ended,
+            late_on_glass,
+            faults: faults.count(),
+        }
     }
 }
 
@@ -232,6 +257,20 @@ impl Memory {
         let late = |record: &Record| if let Record::Flip { late, .. } = record { Some(*late) } else { None };
         self.records.iter().filter_map(late).collect()
     }
+}
+
+#[test]
+fn a_notice_is_fully_lit_on_a_dimmed_screen_and_the_frames_under_it_are_as_dim_as_before() {
+    let dimmed = |notice| Evening { thousandths: Some(400), notice, ..Evening::of(30, &scheduled_clips(1, 3)) }.watch();
+    let without = dimmed(None);
+    assert_eq!((without.lights(), without.beam), (vec![1, 2, 3], vec![400; 3]));
+    // The corner that the fake screen sees lies beside the pane: frames of 1 to 3 are 15 to 13 below black.
+    let pane = Pane { picture: (16, 16), at: (8, 8), size: (4, 4), luma: vec![190; 16] };
+    let with = dimmed(Some(pane));
+    assert_eq!((with.lights(), with.beam), (vec![10, 10, 11], vec![1000; 3]));
+    let over = |dimmed_by| Brightness::of(400, dimmed_by);
+    assert_eq!(over(DimmedBy::Backlight), Brightness { display: 1000, samples: 659 }, "659 by the power 2.2 is 400");
+    assert_eq!(over(DimmedBy::Nothing), Brightness { display: 400, samples: 1000 });
 }
 
 fn lost() -> Event {

@@ -6,7 +6,7 @@ use super::families::generic::MATRIX;
 use super::fault_matrix::{CARDS, Player, at};
 use super::{Effect, Fault, Kind, MS, Quirk, Scripted, now};
 use crate::kms::Phase;
-use crate::{Event, Light, Screen};
+use crate::{DimmedBy, Event, Light, Screen};
 use rustix::io::Errno;
 use std::time::Duration;
 
@@ -127,6 +127,7 @@ fn a_card_that_takes_no_ramp_has_its_samples_dimmed() {
     assert_eq!((player.screen.kms.brightest(), player.screen.kms.blobs.len()), (u16::MAX, 1));
     let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
     assert_eq!(output.dimming.software_dim(), 801);
+    assert_eq!(player.screen.info().unwrap().dimmed_by, DimmedBy::Samples);
     assert!(player.lost().is_empty() && player.longest_pause_ms() < 50, "{:?}", player.lost());
 }
 
@@ -154,4 +155,5 @@ fn a_display_with_a_backlight_is_dimmed_by_it_and_its_samples_stay_as_they_are()
         let card = &player.screen.kms;
         assert_eq!((card.backlight, card.brightest(), card.blobs.len()), (thousandths, u16::MAX, 1));
     }
+    assert_eq!(player.screen.info().unwrap().dimmed_by, DimmedBy::Backlight);
 }
