@@ -10,7 +10,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use durable::LocalFolder;
+use durable::{LocalFolder, Locked};
 
 use crate::brood::Brood;
 use crate::error::BreedingError;
@@ -29,7 +29,7 @@ pub struct Folder {
     ledger: Ledger,
     pool: Pool,
     /// Held while the pool may be changed.
-    lock: Option<File>,
+    lock: Option<Locked>,
 }
 
 impl Folder {
@@ -69,7 +69,7 @@ impl Folder {
     pub fn open_for_changes(path: &Path) -> Result<Folder, BreedingError> {
         let lock = File::open(path).map_err(failed("open", path))?;
         match lock.try_lock() {
-            Ok(()) => Ok(Folder { lock: Some(lock), ..Folder::open(path)? }),
+            Ok(()) => Ok(Folder { lock: Some(Locked::new(lock)), ..Folder::open(path)? }),
             Err(fs::TryLockError::WouldBlock) => Err(BreedingError::InUse { folder: path.display().to_string() }),
             Err(fs::TryLockError::Error(error)) => Err(failed("lock", path)(error)),
         }

@@ -10,6 +10,7 @@
 //! | `copies` | the newest of two copies of a state, each with a checksum |
 //! | `frame` | the form of such a copy: number, state and checksum |
 //! | `plain` | reading plain files only |
+//! | `lock` | the end of a lock on a file |
 //! | `flushed` | writing that stays out of the page cache |
 #![forbid(unsafe_code)]
 
@@ -17,6 +18,7 @@ mod atomic;
 mod copies;
 mod flushed;
 mod frame;
+mod lock;
 mod plain;
 mod storage;
 
@@ -24,5 +26,6 @@ pub use atomic::{copy, persist, replace, save, sync_file_systems, sync_folder, s
 pub use copies::{Checksummed, Copies, Found};
 pub use flushed::{FlushedWriter, drop_cache};
 pub use frame::{framed, unframed};
+pub use lock::Locked;
 pub use plain::{open_plain, plain, read_all, read_plain, read_plain_text, too_large};
 pub use storage::{Append, LocalFolder, Storage, parent};

@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use composefs_ioctls::fsverity::{EnableVerityError, fs_ioc_enable_verity};
-use durable::{Append, Storage};
+use durable::{Append, Locked, Storage};
 use rustix::fs::{Advice, AtFlags, FlockOperation, Mode, OFlags};
 
 use crate::beneath::{Root, ignore_error, none_if_missing};
@@ -73,7 +73,7 @@ pub trait Disk: Storage + Send {
 pub struct LocalDisk {
     root: Root,
     /// Holds the updater's lock; `None` without.
-    _lock: Option<File>,
+    _lock: Option<Locked>,
 }
 
 impl LocalDisk {
@@ -86,7 +86,7 @@ impl LocalDisk {
         let root = Root::open(path)?;
         let lock = File::from(root.at("lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
         rustix::fs::flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-        Ok(Self { root, _lock: Some(lock) })
+        Ok(Self { root, _lock: Some(Locked::new(lock)) })
     }
 
     /// Opens the existing folder at `path`, and locks it: as [`LocalDisk::open`], for a user that may only read it.
@@ -97,7 +97,7 @@ impl LocalDisk {
         let root = Root::open(path)?;
         let lock = File::from(root.at("lock", OFlags::RDONLY, 0)?);
         rustix::fs::flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-        Ok(Self { root, _lock: Some(lock) })
+        Ok(Self { root, _lock: Some(Locked::new(lock)) })
     }
 
     /// Opens the existing folder at `path` without the updater's lock.

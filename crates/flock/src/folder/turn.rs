@@ -10,6 +10,8 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use durable::Locked;
+
 use crate::manifest::ClipPath;
 
 /// The list, a path on each line.
@@ -22,7 +24,7 @@ const MOST_BYTES: u64 = 1 << 28;
 pub struct Turn {
     folder: PathBuf,
     /// The folder, locked while it is open.
-    lock: Option<File>,
+    lock: Option<Locked>,
     has_list: bool,
 }
 
@@ -30,7 +32,7 @@ impl Turn {
     /// Waits for the turn at the flock in `folder`, and removes what a killed editor has left.
     pub(super) fn begin(folder: &Path) -> Self {
         // On a file system without locks the artist must not edit twice at once.
-        let lock = File::open(folder).ok().filter(|folder| folder.lock().is_ok());
+        let lock = File::open(folder).ok().filter(|folder| folder.lock().is_ok()).map(Locked::new);
         if lock.is_some() {
             sweep(folder);
         }

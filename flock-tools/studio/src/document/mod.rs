@@ -21,13 +21,14 @@ mod surroundings;
 mod tests;
 mod text_change;
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use durable::Locked;
 use flock::{Draft, Edit, FILE_NAME, Manifest, ManifestError, SheepId, paths};
 
 use disk::{Disk, JournalFile};
@@ -65,7 +66,7 @@ pub(crate) struct Document {
     /// Whether a text of somebody else was read that [`Document::poll`] has not told of.
     is_untold: bool,
     /// Locked while this is open.
-    _lock: File,
+    _lock: Locked,
 }
 
 /// A manifest's text and what it says.
@@ -156,7 +157,8 @@ impl Document {
         let revisions = vec![now.revision.clone()];
         let (folder, is_ours) = (folder.to_owned(), is_but_for_hashes(&now.text, journal.history().text()));
         let (own, seen, is_untold) = (revisions, None, false);
-        let mut document = Self { folder, around, journal, now, is_ours, own, seen, is_untold, _lock: lock };
+        let mut document =
+            Self { folder, around, journal, now, is_ours, own, seen, is_untold, _lock: Locked::new(lock) };
         document.mend_credits().map_err(cannot)?;
         Ok(document)
     }
