@@ -1,8 +1,8 @@
 //! A notice over the picture, for the people in front of it.
 //!
 //! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more
-//! than a twentieth of the picture. On a dimmed display the frames are dimmed, and it is not: `presenter/display.rs`. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
-//! long it is shown.
+//! than a twentieth of the picture. On a dimmed display the frames are dimmed, and it is not: `presenter/display.rs`. The text
+//! comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how long it is shown.
 //!
 //! Start at [`NoticePane::draw`].
 
@@ -14,6 +14,8 @@ use player::Notice;
 const LETTER: u32 = 8;
 /// Rows of the picture, or columns if there are fewer, for each pixel of a dot.
 const ROWS_PER_DOT: u32 = 360;
+/// Letters of the longest line, at least.
+const SHORTEST: usize = 20;
 /// Luma of the pane and of the letters: calm, and legible.
 const PANE: u8 = 30;
 const INK: u8 = 190;
@@ -25,18 +27,25 @@ const DIM: u8 = 70;
 pub(crate) struct NoticePane(Pane);
 
 impl NoticePane {
-    /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture
-    /// is too small.
+    /// Draws `notice` for pictures of this size, in the largest letters, and then in the longest lines, in which all of it
+    /// covers little enough. If none do, it is cut; `None` if the picture is too small.
     pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Pane> {
         let largest = (size.0.min(size.1) / ROWS_PER_DOT).max(1);
-        (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot)).map(|drawn| drawn.0)
+        let all = letters(&notice.lines(Notice::LINE));
+        let dots = || (1..=largest).rev();
+        let whole = |dot| (SHORTEST..=Notice::LINE).rev().find_map(|line| Self::with(notice, size, dot, line, all));
+        let cut = || dots().find_map(|dot| Self::with(notice, size, dot, Notice::LINE, 0));
+        dots().find_map(whole).or_else(cut).map(|drawn| drawn.0)
     }
 
-    /// The same, with dots of so many pixels.
-    fn with(notice: &Notice, (width, height): (u32, u32), dot: u32) -> Option<Self> {
+    /// The same, with dots of so many pixels, lines of at most `line` letters, and at least `least` letters in all.
+    fn with(notice: &Notice, (width, height): (u32, u32), dot: u32, line: usize, least: usize) -> Option<Self> {
         let (pitch, margin) = (LETTER * dot, LETTER * dot / 2);
         let room = (width.saturating_sub(6 * margin) / pitch) as usize;
-        let lines = notice.lines(room.min(Notice::LINE));
+        let lines = notice.lines(room.min(line));
+        if letters(&lines) < least {
+            return None;
+        }
         let across = lines.iter().map(String::len).max().filter(|across| *across > 0)? as u32;
         let bar = if notice.thousandths.is_some() { 3 * dot } else { 0 };
         let down = lines.len() as u32 * (pitch + 2 * dot) + bar;
@@ -77,6 +86,11 @@ impl NoticePane {
             self.0.luma[row..row + across as usize].fill(luma);
         }
     }
+}
+
+/// How many letters these lines have, without spaces.
+fn letters(lines: &[String]) -> usize {
+    lines.iter().flat_map(|line| line.split(' ')).map(str::len).sum()
 }
 
 #[cfg(test)]
@@ -123,6 +137,15 @@ mod tests {
         let there: Vec<u8> = rows.flat_map(|row| row[pane.at.0 as usize..][..pane.size.0 as usize].to_vec()).collect();
         assert!(there == pane.luma && there.contains(&INK), "no letter is darker");
         assert_eq!((over.planes[0][0], over.planes[1][0]), (57, 169), "the frame has 4 tenths of its light and colour");
+    }
+
+    #[test]
+    fn three_lines_have_large_letters_on_the_framed_display_too() {
+        let text =
+            "dreams.toml line 3: brightness is 1 to 100, or as \"07:00 100, 20:00 40\". The settings before it stay.";
+        let pane = NoticePane::draw(&notice(text, None), (1280, 720)).unwrap();
+        assert_eq!(pane.size.1, 3 * (8 + 2) * 2 + 16, "three lines of dots of two pixels");
+        assert!(pane.size.0 * pane.size.1 * 20 <= 1280 * 720);
     }
 
     #[test]
