@@ -72,7 +72,7 @@ pub(crate) fn of_no_text(found: NoText) -> String {
 /// A file of another name, instead of ours or beside it.
 pub(crate) fn of_misnamed(name: &str, is_beside: bool) -> String {
     if is_beside {
-        format!("{name} is not read, {FILE_NAME} beside it is. Give the one that you want that name, delete the other.")
+        format!("{FILE_NAME} is read, {name} beside it is not. Keep one, as {FILE_NAME}.")
     } else {
         format!("{name} is not read. Rename it to {FILE_NAME}. {STAYS}")
     }
@@ -90,7 +90,7 @@ fn of_line(key: &str, mistake: Mistake) -> String {
             let similar = did_you_mean(key, FORMS.iter().map(|(known, _)| *known));
             let question =
                 similar.map(|question| format!(" {}", capital(&question.replace('`', "")))).unwrap_or_default();
-            format!("this version does not know {short}.{question}")
+            format!("unknown key {short}.{question}")
         }
     }
 }
@@ -123,9 +123,9 @@ mod tests {
             ("\nbrightness = 400", "dreams.toml line 2: brightness is 1 to 100, or as \"07:00 100, 20:00 40\"."),
             ("hours = 8:00-23:00", "dreams.toml line 1: hours is two times, as \"08:00-23:00\"."),
             ("rotate = 45", "rotate is 0, 90, 180 or 270."),
-            ("hour = 1", "line 1: this version does not know hour. Did you mean hours?"),
-            ("unit = \"lobby\"\nglow = 1", "line 2: this version does not know glow. The"),
-            ("[picture]\nrotate = 90", "line 1: this version does not know picture. The"),
+            ("hour = 1", "line 1: unknown key hour. Did you mean hours?"),
+            ("unit = \"lobby\"\nglow = 1", "line 2: unknown key glow. The"),
+            ("[picture]\nrotate = 90", "line 1: unknown key picture. The"),
             ("unit = \"a\"\nunit = \"b\"", "line 2: unit is set twice."),
             ("gateway = \"192.0.2.1\"", "line 1: gateway is set without address."),
             ("vote_noise = true", "line 1: vote_noise is set without button or presence."),
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(keys, wanted);
         let of = |key: &str, mistake| {
             let (path, key) = (FILE_NAME.into(), key.to_owned());
-            of_settings(&ConfigError::Malformed { path, line: 12_345, key, message: String::new(), mistake })
+            of_settings(&ConfigError::Malformed { path, line: 9_999, key, message: String::new(), mistake })
         };
         let values = keys.iter().map(|key| of(key, Mistake::Value));
         let unknown = ["a".repeat(90), "wifi_passwords".to_owned(), "button_dow".to_owned(), "report_".to_owned()];
@@ -160,13 +160,15 @@ mod tests {
             of("report_votes", Mistake::Twice),
             of("", Mistake::Value),
             of_no_text(NoText::Empty),
-            of_no_text(NoText::NotUtf8 { line: 12_345 }),
+            of_no_text(NoText::NotUtf8 { line: 9_999 }),
             of_no_text(NoText::Utf16),
             of_misnamed("Dreams.toml.TXT", true),
             of_misnamed("Dreams.toml.TXT", false),
         ];
-        for text in values.chain(others).chain(rest) {
-            let told = Notice { text: text.clone(), thousandths: None }.lines(Notice::LINE);
+        // A suggestion for a long key has smaller letters on a small display.
+        let sized = others.map(|text| (text, Notice::LINE));
+        for (text, line) in values.chain(rest).map(|text| (text, Notice::LARGE_LINE)).chain(sized) {
+            let told = Notice { text: text.clone(), thousandths: None }.lines(line);
             assert_eq!(told.join(" "), text, "{told:?}");
             assert!(text.is_ascii(), "{text}");
         }

@@ -57,6 +57,8 @@ pub struct Notice {
 impl Notice {
     /// Letters of a line on the picture, at most.
     pub const LINE: usize = 44;
+    /// Letters of a line, at most, with which three lines have large letters on a display of 1280x720 pixels.
+    pub const LARGE_LINE: usize = 36;
     /// Lines on the picture, at most.
     pub const LINES: usize = 3;
 

@@ -141,9 +141,8 @@ mod tests {
 
     #[test]
     fn three_lines_have_large_letters_on_the_framed_display_too() {
-        let text =
-            "dreams.toml line 3: brightness is 1 to 100, or as \"07:00 100, 20:00 40\". The settings before it stay.";
-        let pane = NoticePane::draw(&notice(text, None), (1280, 720)).unwrap();
+        let text = vec!["w".repeat(Notice::LARGE_LINE); Notice::LINES].join(" ");
+        let pane = NoticePane::draw(&notice(&text, None), (1280, 720)).unwrap();
         assert_eq!(pane.size.1, 3 * (8 + 2) * 2 + 16, "three lines of dots of two pixels");
         assert!(pane.size.0 * pane.size.1 * 20 <= 1280 * 720);
     }

@@ -35,7 +35,7 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
             "line 2, key `hours`",
             "line 2: hours is two times, as \"08:00-23:00\".",
         ),
-        ("hour = 1", 2, "unknown field `hour`", "line 1: this version does not know hour. Did you mean hours?"),
+        ("hour = 1", 2, "unknown field `hour`", "line 1: unknown key hour. Did you mean hours?"),
         ("unit = \"a\"\nunit = \"b\"\n", 2, "line 2, key `unit`: duplicate key", "line 2: unit is set twice."),
         ("", 2, "it is empty", "is empty."),
         ("\n \r\n\0\0", 2, "it is empty", "is empty."),
@@ -90,7 +90,7 @@ fn a_file_of_another_name_or_encoding_is_named_with_what_to_do_and_takes_no_sett
 
     fs::write(&text, "unit = \"stairs\"\n").unwrap();
     let (code, notice) = take_in();
-    assert!(code == Some(2) && notice.contains("Dreams.toml.TXT is not read, dreams.toml beside it is."), "{notice}");
+    assert!(code == Some(2) && notice.contains("dreams.toml is read, Dreams.toml.TXT beside it is not."), "{notice}");
     assert_eq!(settings.set("unit = \"attic\"\n").0, Some(2));
     assert_eq!(settings.read("name").as_deref(), Some("attic\n"), "the file of the right name is taken in");
     fs::remove_file(&plain).unwrap();
@@ -234,7 +234,7 @@ fn an_older_system_keeps_the_settings_in_force_that_a_newer_one_took_in() {
         }
         let (exit, error) = settings.set(&newer);
         assert!(exit == Some(2) && error.contains("unknown field `colour`"), "{error}");
-        let told = "dreams.toml line 9: this version does not know colour. The settings before it stay.";
+        let told = "dreams.toml line 9: unknown key colour. The settings before it stay.";
         assert!(settings.told().unwrap().contains(told), "{:?}", settings.told());
         assert_eq!(settings.read("kept").as_ref(), Some(kept), "and they do");
         assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
