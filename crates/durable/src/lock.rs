@@ -5,7 +5,7 @@
 
 use std::fs::File;
 
-/// A locked file; unlocked when it is dropped, whoever else has it open.
+/// A locked file. Dropping it ends the lock, even while a forked process has the file open, too.
 #[derive(Debug)]
 pub struct Locked(File);
 

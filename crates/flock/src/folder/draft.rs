@@ -1,6 +1,6 @@
 //! A flock's manifest, locked while it is edited.
 //!
-//! Owns the check before saving: the edited text must read back as the edited manifest. Whoever edits decides what, on
+//! Owns the check before saving: the edited text must read back as the edited manifest. The caller edits, through
 //! [`Draft::edit`]; the lock is in `turn.rs`.
 //!
 //! Start at [`Draft::lock`].

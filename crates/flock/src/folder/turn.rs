@@ -16,8 +16,8 @@ use crate::manifest::ClipPath;
 
 /// The list, a path on each line.
 const LIST: &str = ".flock-edit";
-/// More than the longest list: a path for each file of a flock of 100,000 sheep.
-const MOST_BYTES: u64 = 1 << 28;
+/// The most bytes of the list: a path of 100 bytes for each file of a flock of 100,000 sheep with four transitions each.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// The right to edit a flock, until it is dropped: a second editor of this flock waits.
 #[derive(Debug)]

@@ -1,10 +1,10 @@
 //! Which requests are let in.
 //!
-//! Owns the fence around the studio's server: a port of this machine can be reached by every page that its browser shows
-//! and by every user of the machine. Before anything is routed, a request must name this server by an address or as
-//! `localhost`, which stops names that lead here (DNS rebinding); for more than the page's own files it needs the cookie of
-//! a page that knew the token of the address, and what only that page was told; to change anything it must come from our
-//! own page, too, and be JSON. A request takes a permit when all this is known of it. Never looks into a body.
+//! Owns the fence around the studio's server: every page that a browser of this machine shows, and every user of the
+//! machine, can reach its port. Before anything is routed, a request must name this server by an address or as
+//! `localhost`, which stops names that lead here (DNS rebinding); for more than the page's own files it needs the
+//! cookie and the secret that the server gives for the token in its address; a change must also come from our own page and
+//! be JSON. A request takes a permit when all this is known of it. Never looks into a body.
 //!
 //! # Source
 //! RFC 9110; Fetch metadata request headers (W3C). The order is that of [`Fence::judge`].
@@ -42,7 +42,7 @@ pub(crate) const MOST_BYTES: usize = 1 << 20;
 pub(crate) const MOST_IMPORTED_BYTES: usize = 4 << 20;
 /// The most bytes of a path with its query.
 const LONGEST_PATH: usize = 2048;
-/// The most bytes of the body that tells the token.
+/// The most bytes of the body with the token.
 const MOST_TOKEN_BYTES: usize = 1 << 10;
 /// The most requests of pages at once.
 const MOST_REQUESTS: usize = 64;
@@ -120,8 +120,8 @@ impl Fence {
         format!("dreams-studio-{}", self.port)
     }
 
-    /// Lets a request in and tells who asks, or says why not. The order matters: what comes from elsewhere is told nothing
-    /// but that.
+    /// Admits a request and returns who asks, or refuses it. The order matters: a request from elsewhere learns nothing but
+    /// that.
     /// Errors: What is answered instead.
     fn judge(&self, request: &Parts) -> Result<Caller, Problem> {
         let host = self.host(request)?;
