@@ -8,8 +8,9 @@
 use bundle::CurrentGeneration;
 use clap::Args;
 use diagnostics::Exit;
+use player::clock::{SYNCHRONISED, SYSTEM};
 use player::hours::{Brightness, Day};
-use player::{Owner, clock_s, up_s};
+use player::{ClockReader, Owner};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -27,6 +28,12 @@ pub(crate) struct Options {
     /// The flock that plays
     #[arg(long, value_name = "DIR")]
     flock: PathBuf,
+    /// The os-release file of the running system, which says how old it is
+    #[arg(long, value_name = "FILE", default_value = SYSTEM)]
+    system: PathBuf,
+    /// The file that is there once a time server has set the clock
+    #[arg(long, value_name = "FILE", default_value = SYNCHRONISED)]
+    synchronised: PathBuf,
     /// Wait until it may
     #[arg(long)]
     wait: bool,
@@ -34,8 +41,10 @@ pub(crate) struct Options {
 
 /// Answers, or waits until the answer is yes.
 pub(crate) fn run(options: &Options) -> Exit {
+    let clock = ClockReader::new(&options.system, &options.synchronised);
     loop {
-        let is_allowed = day(&options.keep).allows_restart(clock_s(), up_s()) && !is_on_trial(&options.flock);
+        let now = clock.read();
+        let is_allowed = day(&options.keep).allows_restart(now.known_s(), now.up_s) && !is_on_trial(&options.flock);
         if is_allowed {
             return Exit::Fine;
         }

@@ -20,7 +20,7 @@ use crate::status;
 use crate::stream::{Generation, Plan, StreamFormat, path};
 use diagnostics::chain;
 use flock::{Flock, Itinerary, ManifestError, Place};
-use player::{Owner, clock_s, now};
+use player::{ClockReader, Owner, clock_s, now};
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
@@ -82,7 +82,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
         trial.excused();
     }
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;
-    BrightnessControl::new(config.day(), &config.owner).start(Arc::clone(target), clock_s)?;
+    BrightnessControl::new(config.day(), &config.owner).start(Arc::clone(target), ClockReader::of_machine())?;
     NoticeWatcher::new(&config.notice, clock_s()).start(Arc::clone(view), Arc::clone(overlay), now)?;
     Acknowledgements::start(config.acknowledge.0.as_deref(), Arc::clone(view), Arc::clone(overlay), now)?;
     status::serve(&config.status, shared.page(flock, &faults, config));

@@ -6,6 +6,7 @@
 use crate::schedule::Window;
 use bundle::UnitId;
 use player::LogLevel;
+use player::clock::{SYNCHRONISED, SYSTEM};
 use player::config_file::unit;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
@@ -29,6 +30,7 @@ pub(crate) struct Config {
     pub(crate) unit: Option<UnitId>,
     pub(crate) owner: PathBuf,
     pub(crate) system: PathBuf,
+    pub(crate) synchronised: PathBuf,
     pub(crate) url: Option<String>,
     #[serde(deserialize_with = "every_minutes")]
     pub(crate) every_minutes: u64,
@@ -52,7 +54,8 @@ impl Default for Config {
             system_keys: "/etc/dreams/system-keys".into(),
             unit: None,
             owner: "/var/lib/dreams/owner/dreams.toml".into(),
-            system: "/usr/lib/os-release".into(),
+            system: SYSTEM.into(),
+            synchronised: SYNCHRONISED.into(),
             url: None,
             every_minutes: 360,
             window: None,

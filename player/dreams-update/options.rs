@@ -7,7 +7,7 @@ use crate::fatal::Fatal;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
 use player::button::VOTES_FOLDER;
-use player::{Owner, config_file};
+use player::{ClockReader, Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 
@@ -67,6 +67,7 @@ pub(crate) struct Options {
 #[derive(Debug)]
 pub(crate) struct Order {
     pub(crate) config: Config,
+    pub(crate) clock: ClockReader,
     /// Whom the owner trusts besides.
     pub(crate) owners_keys: Vec<PublicKey>,
     pub(crate) unit: UnitId,
@@ -101,6 +102,7 @@ impl Options {
             return Err(Fatal::Nowhere);
         }
         Ok(Order {
+            clock: ClockReader::new(&config.system, &config.synchronised),
             config: Config {
                 store: self.store.unwrap_or(config.store),
                 keys: self.keys.unwrap_or(config.keys),

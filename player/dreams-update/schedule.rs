@@ -1,13 +1,12 @@
 //! When a unit looks for updates by itself.
 //!
 //! Owns the interval, its jitter, the patience after failures, and the hours in which it may be. Time is counted from the
-//! machine's start, so that no clock need be right; the hours are kept only where the clock can be. Pure, but for the
+//! machine's start, so that no clock need be right; the hours are kept only where the time is known. Pure, but for the
 //! small file that remembers until the next start when the next look is due.
 //!
 //! Start at [`Schedule::is_due`].
 
 use player::day::{self, DAY_MIN};
-use player::is_clock_wrong;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::Path;
@@ -52,9 +51,10 @@ impl Schedule {
         durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }
 
-    /// Whether to look now: `up_s` seconds after the machine's start, when its clock shows `clock_s` since 1970.
-    pub(crate) fn is_due(&self, up_s: u64, clock_s: u64, window: Option<Window>) -> bool {
-        let open = window.is_none_or(|window| is_clock_wrong(clock_s) || window.includes(clock_s));
+    /// Whether to look now: `up_s` seconds after the machine's start, at `known_s` seconds since 1970; `None` while the time
+    /// is not known.
+    pub(crate) fn is_due(&self, up_s: u64, known_s: Option<u64>, window: Option<Window>) -> bool {
+        let open = window.zip(known_s).is_none_or(|(window, known_s)| window.includes(known_s));
         up_s >= self.due_s && open
     }
 
@@ -74,8 +74,8 @@ impl Schedule {
 }
 
 impl Window {
-    fn includes(self, clock_s: u64) -> bool {
-        self.0.includes(clock_s / 60 % DAY_MIN)
+    fn includes(self, known_s: u64) -> bool {
+        self.0.includes(known_s / 60 % DAY_MIN)
     }
 }
 
@@ -92,17 +92,17 @@ player::from_string!(NoWindow: Window);
 #[cfg(test)]
 mod tests {
     use super::{Schedule, Window};
-    use player::day::FOUNDED_S;
+    use player::clock::FOUNDED_S;
 
     const HOUR: u64 = 3_600;
 
     #[test]
     fn a_unit_looks_at_once_after_its_start_and_then_about_every_so_often() {
         let schedule = Schedule::default();
-        assert!(schedule.is_due(3, 0, None), "in 1970, too");
+        assert!(schedule.is_due(3, None, None), "whatever the time");
         for (chance, early, late) in [(0.0, 4 * HOUR, 5 * HOUR), (0.999, 7 * HOUR, 8 * HOUR)] {
             let next = schedule.after(false, 100, 6 * HOUR, chance);
-            assert!(!next.is_due(100 + early, 0, None) && next.is_due(100 + late, 0, None));
+            assert!(!next.is_due(100 + early, None, None) && next.is_due(100 + late, None, None));
         }
     }
 
@@ -125,9 +125,9 @@ mod tests {
     }
 
     #[test]
-    fn the_window_is_kept_where_the_clock_can_be_right() {
+    fn the_window_is_kept_where_the_time_is_known() {
         let midnight = FOUNDED_S;
-        let is_due = |window: &str, clock_s| Schedule::default().is_due(0, clock_s, Some(window.parse().unwrap()));
+        let is_due = |window: &str, known_s| Schedule::default().is_due(0, known_s, Some(window.parse().unwrap()));
         for (window, hour, is_open) in [
             ("02:00-05:30", 1, false),
             ("02:00-05:30", 2, true),
@@ -136,9 +136,9 @@ mod tests {
             ("22:00-04:00", 3, true),
             ("22:00-04:00", 4, false),
         ] {
-            assert_eq!(is_due(window, midnight + hour * HOUR), is_open, "{window} at {hour}");
+            assert_eq!(is_due(window, Some(midnight + hour * HOUR)), is_open, "{window} at {hour}");
         }
-        assert!(is_due("02:00-05:30", 12 * HOUR), "it is not 1970");
+        assert!(is_due("02:00-05:30", None), "nobody knows whether it is noon");
         for wrong in ["", "2:00-5:30", "02:00", "24:00-25:00", "02:00-02:00", "02:00-05:60", "-1:00-05:00"] {
             assert!(wrong.parse::<Window>().is_err(), "{wrong}");
         }

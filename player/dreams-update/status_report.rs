@@ -2,8 +2,8 @@
 //!
 //! Owns the document: the unit's name, the result of the update run, the player's status document, and if its config says so
 //! the votes of the people before it. It is sent once
-//! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock
-//! cannot be right: it could not check the certificate.
+//! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit that does
+//! not know the time: it could not fully check the certificate.
 //!
 //! Start at [`send`].
 
@@ -13,7 +13,6 @@ use crate::http_source::{SMALL, agent};
 use crate::network_error::of_request;
 use crate::options::Order;
 use diagnostics::chain;
-use player::{clock_s, is_clock_wrong};
 use serde::Serialize;
 use serde_json::Value;
 use std::io;
@@ -46,12 +45,12 @@ struct StatusReport<'b> {
 /// Sends the report, after an update run that ended so.
 pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
     let Some(address) = &order.config.report_to else { return };
-    let is_clock_wrong = is_clock_wrong(clock_s());
-    if is_clock_wrong && address.starts_with("https://") {
-        return info!("no status report is sent over HTTPS before the clock is right");
+    let is_time_known = order.clock.read().known_s().is_some();
+    if !is_time_known && address.starts_with("https://") {
+        return info!("no status report is sent over HTTPS before the time is known");
     }
     let sent =
-        agent(address, order.config.proxy.as_deref(), is_clock_wrong).map_err(io::Error::other).and_then(|agent| {
+        agent(address, order.config.proxy.as_deref(), !is_time_known).map_err(io::Error::other).and_then(|agent| {
             let report = StatusReport {
                 unit: order.unit.as_str(),
                 update: ended.ok(),

@@ -24,7 +24,7 @@ use bundle::{
     UnreadableObject, UnverifiedSeal, VerifiedBundle,
 };
 use diagnostics::{Exit, chain};
-use player::{Contact, Output, clock_s, is_clock_wrong, now, up_s};
+use player::{Contact, Output, now};
 use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
@@ -58,13 +58,14 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let Some(path) = &order.schedule else { return update(order, stop) };
     let schedule = Schedule::read(path);
     let is_idle = order.source.is_none() && order.config.report_to.is_none();
-    if is_idle || !schedule.is_due(up_s(), clock_s(), order.config.window) {
+    let clock = order.clock.read();
+    if is_idle || !schedule.is_due(clock.up_s, clock.known_s(), order.config.window) {
         return Ok(Answer::of(Outcome::NotNow, None));
     }
     let ended = update(order, stop);
     status_report::send(order, ended.as_ref());
     let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unreadable);
-    let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
+    let next = schedule.after(is_failure, order.clock.read().up_s, order.config.every_minutes * 60, rand::random());
     if let Err(error) = next.write(path) {
         warn!(path = %path.display(), error = chain(&error), "cannot save the time of the next update");
     }
@@ -89,7 +90,7 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
         let missing = store.missing().map_or(0, |missing| missing.len());
         return Ok(Answer { missing, ..Answer::of(Outcome::NotNow, store.state().playing()) });
     };
-    let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
+    let mut source = Origin::open(place, order.config.proxy.as_deref(), order.clock.read().known_s().is_none())?;
     let progress = Progress::new(order.notice.clone());
     let mut fetcher = Fetcher { source: &mut source, rate_limit, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);
@@ -103,9 +104,8 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 
 /// Saves the result of this run for people.
 fn save_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Answer, Fatal>) {
-    let clock_s = clock_s();
     let contact = Contact {
-        clock_s: (!is_clock_wrong(clock_s)).then_some(clock_s),
+        clock_s: order.clock.read().known_s(),
         source: if is_far { "network" } else { "stick" }.to_owned(),
         result: sentences::of_look(brought.as_ref().map(|answer| answer.outcome)).to_owned(),
         trusted: store.trust().keys().map(|key| key.id().to_string()).collect(),

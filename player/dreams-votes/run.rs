@@ -12,7 +12,7 @@ use crate::fatal::Fatal;
 use crate::glass;
 use crate::show;
 use diagnostics::chain;
-use player::{ButtonDevice, acknowledgement, clock_s, clock_us, is_clock_wrong, now};
+use player::{ButtonDevice, ClockReader, acknowledgement, clock_us, now};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::sync::Arc;
@@ -217,8 +217,7 @@ fn fresh_id() -> LedgerId {
     LedgerId(rand::random())
 }
 
-/// The day, since 1970; 0 if the clock was never set.
+/// The day, since 1970; 0 while the time is not known.
 fn today() -> u32 {
-    let clock_s = clock_s();
-    if is_clock_wrong(clock_s) { 0 } else { u32::try_from(clock_s / DAY_S).unwrap_or(0) }
+    ClockReader::of_machine().read().known_s().and_then(|known_s| u32::try_from(known_s / DAY_S).ok()).unwrap_or(0)
 }

@@ -15,7 +15,7 @@ const LARGEST: u64 = 64 << 10;
 /// The result of an update run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Contact {
-    /// When, in seconds since 1970; none where the clock could not be right.
+    /// When, in seconds since 1970; none where the time was not known.
     pub clock_s: Option<u64>,
     /// `stick` or `network`.
     pub source: String,

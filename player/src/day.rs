@@ -1,12 +1,10 @@
 //! Times of the day.
 //!
-//! Owns their spelling, which of them lie between two others, and which clocks cannot be right. Never reads a clock,
-//! never knows a time zone: the caller passes the minute.
+//! Owns their spelling, and which of them lie between two others. Never reads a clock, never knows a time zone: the caller
+//! passes the minute.
 
 /// Minutes of a day.
 pub const DAY_MIN: u64 = 24 * 60;
-/// A clock that shows less cannot be right: 2026-01-01, in seconds since 1970.
-pub const FOUNDED_S: u64 = votes::FOUNDED_DAY as u64 * votes::DAY_S;
 
 /// From the first minute to before the last, over midnight if that is less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +37,4 @@ pub fn minute(text: &str) -> Option<u64> {
     let digits = hours.len() == 2 && minutes.len() == 2 && text.bytes().all(|b| b.is_ascii_digit() || b == b':');
     let (hours, minutes) = (hours.parse::<u64>().ok()?, minutes.parse::<u64>().ok()?);
     (digits && hours < 24 && minutes < 60).then_some(hours * 60 + minutes)
-}
-
-/// Whether a clock that shows `clock_s` seconds since 1970 cannot be right.
-pub fn is_clock_wrong(clock_s: u64) -> bool {
-    clock_s < FOUNDED_S
 }

@@ -1,13 +1,13 @@
 //! The hours of the picture, and how bright it is in them.
 //!
-//! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness fades from step to
-//! step. If the clock cannot be right it is day. By local time: an hour that the clocks leave out is over at once, and
-//! one that they repeat is kept both times. The same clock says when the unit may restart into a new system. Never reads
+//! Owns the decision, a pure function of the time: at night the display sleeps, by day its brightness fades from step to
+//! step. While the time is not known it is day. By local time: an hour that the clocks leave out is over at once, and
+//! one that they repeat is kept both times. The same time says when the unit may restart into a new system. Never reads
 //! a clock, never dims anything: `control/brightness.rs` does.
 //!
 //! Start at [`Day::lighting`].
 
-use crate::day::{self, DAY_MIN, Window, is_clock_wrong};
+use crate::day::{self, DAY_MIN, Window};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::Deserialize;
@@ -48,7 +48,7 @@ pub enum Night {
 
 /// When a unit that shows its picture day and night may restart: minutes of the local day.
 const RESTART_MIN: Range<u64> = 4 * 60..5 * 60;
-/// How long a unit whose clock cannot be right runs before it may restart.
+/// How long a unit that does not know the time runs before it may restart.
 const RESTART_AFTER_S: u64 = DAY_S;
 
 /// What the hour wants.
@@ -108,9 +108,9 @@ pub struct Day {
 }
 
 impl Day {
-    /// How bright the picture is to be when the clock shows `clock_s` seconds since 1970.
-    pub fn lighting(&self, clock_s: u64) -> Lighting {
-        let Some(second) = self.local_second(clock_s) else {
+    /// How bright the picture is to be at `known_s` seconds since 1970; `None` while the time is not known.
+    pub fn lighting(&self, known_s: Option<u64>) -> Lighting {
+        let Some(second) = known_s.and_then(|known_s| self.local_second(known_s)) else {
             return Lighting::On { thousandths: self.brightness.brightest() };
         };
         if self.hours.is_some_and(|hours| !hours.0.includes(second / 60)) {
@@ -122,21 +122,20 @@ impl Day {
         Lighting::On { thousandths: self.brightness.at(second) }
     }
 
-    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is
-    /// dark; if that is never, from four to five in the morning; if the clock cannot be right, after a day.
-    pub fn allows_restart(&self, clock_s: u64, up_s: u64) -> bool {
-        match (self.local_second(clock_s), self.hours) {
+    /// Whether a unit that has run for `up_s` seconds may restart at `known_s` seconds since 1970: while the picture is dark;
+    /// if that is never, from four to five in the morning; while the time is not known, after a day.
+    pub fn allows_restart(&self, known_s: Option<u64>, up_s: u64) -> bool {
+        match (known_s.and_then(|known_s| self.local_second(known_s)), self.hours) {
             (None, _) => up_s >= RESTART_AFTER_S,
             (Some(second), Some(hours)) => !hours.0.includes(second / 60),
             (Some(second), None) => RESTART_MIN.contains(&(second / 60)),
         }
     }
 
-    /// The second of the local day; `None` if the clock cannot be right.
-    fn local_second(&self, clock_s: u64) -> Option<u64> {
-        let clock = i64::try_from(clock_s).ok().filter(|_| !is_clock_wrong(clock_s))?;
+    /// The second of the local day; `None` for a time that no calendar has.
+    fn local_second(&self, known_s: u64) -> Option<u64> {
         let zone = self.zone.as_ref().map_or_else(TimeZone::system, |zone| zone.0.clone());
-        let time = Timestamp::from_second(clock).ok()?.to_zoned(zone).time();
+        let time = Timestamp::from_second(i64::try_from(known_s).ok()?).ok()?.to_zoned(zone).time();
         let [hour, minute, second] =
             [time.hour(), time.minute(), time.second()].map(|part| u64::from(part.unsigned_abs()));
         Some(hour * 3_600 + minute * 60 + second)
@@ -281,7 +280,7 @@ mod tests {
         ] {
             for date in ["2026-01-15", "2026-07-15"] {
                 let clock = clock(&format!("{date}T{time}"), zurich);
-                assert_eq!(day(hours, "100", zurich).lighting(clock), light, "{hours} at {date} {time}");
+                assert_eq!(day(hours, "100", zurich).lighting(Some(clock)), light, "{hours} at {date} {time}");
             }
         }
     }
@@ -289,9 +288,9 @@ mod tests {
     #[test]
     fn a_night_in_black_begins_and_ends_with_the_others() {
         let black = Day { night: "black".parse().unwrap(), ..day("08:00-23:00", "40", "UTC") };
-        let at = |hour: u64| black.lighting(JULY_S + hour * 3_600);
+        let at = |hour: u64| black.lighting(Some(JULY_S + hour * 3_600));
         assert_eq!([at(7), at(8), at(23)], [Lighting::Black, Lighting::On { thousandths: 400 }, Lighting::Black]);
-        assert_eq!(black.lighting(0), Lighting::On { thousandths: 400 }, "a clock that was never set");
+        assert_eq!(black.lighting(None), Lighting::On { thousandths: 400 }, "nobody knows the time");
     }
 
     #[test]
@@ -300,24 +299,24 @@ mod tests {
         // Over the night of the change, for each minute that its clocks show.
         for (noon, hours_of_night) in [("2026-03-28T12:00:00", 23), ("2026-10-24T12:00:00", 25)] {
             let (from, hours) = (clock(noon, zurich), day("02:30-06:00", "100", zurich));
-            let lit = (0..hours_of_night * 60).filter(|minute| hours.lighting(from + minute * 60) == ON).count();
+            let lit = (0..hours_of_night * 60).filter(|minute| hours.lighting(Some(from + minute * 60)) == ON).count();
             // In March the clocks go from 2 to 3; in October the half hour after half past two comes twice.
             assert_eq!(lit, if hours_of_night == 23 { 180 } else { 240 });
             let day = day("08:00-23:00", "100", zurich);
-            let lit = (0..hours_of_night * 60).filter(|minute| day.lighting(from + minute * 60) == ON).count();
+            let lit = (0..hours_of_night * 60).filter(|minute| day.lighting(Some(from + minute * 60)) == ON).count();
             assert_eq!(lit, 15 * 60, "a day is as long as it always is");
         }
     }
 
     #[test]
-    fn a_clock_that_was_never_set_means_day() {
+    fn while_the_time_is_not_known_it_is_day() {
         let night = day("08:00-09:00", "07:00 80, 20:00 40", "UTC");
-        for clock in [0, 1, 86_400 * 365 * 30, 1_767_225_599, u64::MAX] {
-            assert_eq!(night.lighting(clock), Lighting::On { thousandths: 800 }, "{clock}");
+        for unknown in [None, Some(u64::MAX)] {
+            assert_eq!(night.lighting(unknown), Lighting::On { thousandths: 800 }, "{unknown:?}");
         }
-        assert_eq!(night.lighting(JULY_S), Lighting::Off);
+        assert_eq!(night.lighting(Some(JULY_S)), Lighting::Off);
         let machines = Day { hours: None, night: Night::Off, brightness: Brightness::full(), zone: None };
-        assert_eq!(machines.lighting(JULY_S), ON, "whatever the machine's own zone");
+        assert_eq!(machines.lighting(Some(JULY_S)), ON, "whatever the machine's own zone");
     }
 
     #[test]
@@ -337,12 +336,12 @@ mod tests {
             (&lit, "23:30:00", false),
         ] {
             for date in ["2026-01-15", "2026-07-15"] {
-                let found = day.allows_restart(clock(&format!("{date}T{time}"), zurich), 10 * DAY_S);
+                let found = day.allows_restart(Some(clock(&format!("{date}T{time}"), zurich)), 10 * DAY_S);
                 assert_eq!(found, is_allowed, "{date} {time} {:?}", day.hours);
             }
         }
         for day in [&dark, &lit] {
-            assert_eq!([0, DAY_S - 1, DAY_S].map(|up_s| day.allows_restart(0, up_s)), [false, false, true]);
+            assert_eq!([0, DAY_S - 1, DAY_S].map(|up_s| day.allows_restart(None, up_s)), [false, false, true]);
         }
     }
 
@@ -402,7 +401,7 @@ mod tests {
             let local = jiff::Timestamp::from_second(clock.cast_signed()).unwrap().in_tz(zone).unwrap();
             let minute = u64::from(local.hour().unsigned_abs()) * 60 + u64::from(local.minute().unsigned_abs());
             let is_day = (minute + 1_440 - from) % 1_440 < length;
-            prop_assert_eq!(day(&spelt, "100", zone).lighting(clock) == ON, is_day);
+            prop_assert_eq!(day(&spelt, "100", zone).lighting(Some(clock)) == ON, is_day);
         }
     }
 }

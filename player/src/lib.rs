@@ -9,6 +9,7 @@
 
 pub mod acknowledgement;
 pub mod button;
+pub mod clock;
 pub mod config_file;
 pub mod contact;
 pub mod day;
@@ -25,9 +26,9 @@ pub mod wifi;
 
 pub use acknowledgement::MarkSocket;
 pub use button::{ButtonDevice, Key};
+pub use clock::{Clock, ClockReader};
 pub use config_file::ConfigError;
 pub use contact::Contact;
-pub use day::is_clock_wrong;
 pub use file_version::FileVersion;
 pub use journal::LogLevel;
 pub use notice::{Lasting, Notice};

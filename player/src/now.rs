@@ -22,7 +22,7 @@ pub fn up_s() -> u64 {
     u64::try_from(age.tv_sec).unwrap_or_default()
 }
 
-/// Seconds since 1970, as the machine's clock has it, which may be wrong.
+/// Seconds since 1970, as the machine's clock has it, which may be wrong: `clock.rs` decides whether the time is known.
 pub fn clock_s() -> u64 {
     clock_us() / 1_000_000
 }

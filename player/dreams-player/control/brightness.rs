@@ -6,7 +6,7 @@
 //! Start at [`BrightnessControl::start`].
 
 use player::hours::{Day, Lighting};
-use player::{FileVersion, Owner, ThreadError, hold, kept, threads};
+use player::{ClockReader, FileVersion, Owner, ThreadError, hold, kept, threads};
 use screen::OutputSettings;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -49,10 +49,10 @@ impl BrightnessControl {
         Self { day: config.clone(), config, owner: owner.to_owned(), known: [None; 2], output: Arc::default() }
     }
 
-    /// Keeps `target` as it is to be at `clock`, now and for as long as the process lives.
-    pub(crate) fn start(mut self, target: Arc<DisplayTarget>, clock: fn() -> u64) -> Result<(), ThreadError> {
+    /// Keeps `target` as it is to be by `clock`, now and for as long as the process lives.
+    pub(crate) fn start(mut self, target: Arc<DisplayTarget>, clock: ClockReader) -> Result<(), ThreadError> {
         let mut look = move || {
-            let lighting = self.look(clock());
+            let lighting = self.look(clock.read().known_s());
             target.set(lighting, &self.output);
         };
         look();
@@ -65,8 +65,8 @@ impl BrightnessControl {
         threads::start("brightness", work).map(drop)
     }
 
-    /// How bright it is to be when the clock shows `clock_s`.
-    pub(crate) fn look(&mut self, clock_s: u64) -> Lighting {
+    /// How bright it is to be at `known_s` seconds since 1970; `None` while the time is not known.
+    pub(crate) fn look(&mut self, known_s: Option<u64>) -> Lighting {
         let found = kept::versions(&self.owner);
         if found != self.known {
             self.known = found;
@@ -79,7 +79,7 @@ impl BrightnessControl {
                 zone: owner.timezone.or_else(|| self.config.zone.clone()),
             };
         }
-        self.day.lighting(clock_s)
+        self.day.lighting(known_s)
     }
 
     /// What the owner had set of the display at the last look.
@@ -96,7 +96,7 @@ mod tests {
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.
-    const NOON_S: u64 = 1_782_907_200;
+    const NOON_S: Option<u64> = Some(1_782_907_200);
 
     #[test]
     fn what_the_owner_keeps_goes_before_the_config_from_then_on_and_no_longer() {

@@ -15,7 +15,7 @@ use crate::stream::{Generation, Pixels, StreamFormat, path};
 use diagnostics::Exit;
 use flock::Place;
 use player::hours::Lighting;
-use player::{clock_s, threads};
+use player::{ClockReader, threads};
 use screen::{Display, Event, FdStore, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
@@ -37,7 +37,7 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let is_lit = Arc::new(AtomicBool::new(false));
     end_in_time(Arc::clone(&is_lit))?;
     let mut control = BrightnessControl::new(config.day(), &config.owner);
-    let Lighting::On { thousandths } = control.look(clock_s()) else {
+    let Lighting::On { thousandths } = control.look(ClockReader::of_machine().read().known_s()) else {
         info!("outside the configured hours: the prelude lights nothing");
         return Ok(());
     };

@@ -23,7 +23,7 @@ use facts::{Facts, Showing};
 use flock::Flock;
 use hosts::Hosts;
 use http::Answer;
-use player::{clock_s, now};
+use player::{ClockReader, now};
 use rustix::process::setpriority_process;
 use serde::Serialize;
 use server::Server;
@@ -61,7 +61,7 @@ pub(crate) struct Page {
 impl Page {
     fn facts(&self) -> Facts {
         let facts = Facts::gather(&self.flock, &self.view, &self.plan, &self.faults, now().since(self.begun));
-        let (generation, contact) = standing::read(&self.source, clock_s());
+        let (generation, contact) = standing::read(&self.source, ClockReader::of_machine().read().known_s());
         Facts { generation, contact, ..facts }
     }
 

@@ -4,7 +4,7 @@
 
 use bundle::CurrentGeneration;
 use jiff::Timestamp;
-use player::{Contact, is_clock_wrong};
+use player::Contact;
 use serde::Serialize;
 use std::path::Path;
 
@@ -34,9 +34,9 @@ pub(crate) struct ContactFacts {
     pub(crate) revoked: Vec<String>,
 }
 
-/// Both, of the store whose `current` lies at `path`, at the time `clock_s`.
-pub(crate) fn read(path: &Path, clock_s: u64) -> (Option<GenerationFacts>, Option<ContactFacts>) {
-    let since = |then_s: u64| (!is_clock_wrong(clock_s)).then(|| clock_s.saturating_sub(then_s));
+/// Both, of the store whose `current` lies at `path`, at `known_s` seconds since 1970; `None` while the time is not known.
+pub(crate) fn read(path: &Path, known_s: Option<u64>) -> (Option<GenerationFacts>, Option<ContactFacts>) {
+    let since = |then_s: u64| known_s.map(|known_s| known_s.saturating_sub(then_s));
     let playing = CurrentGeneration::of(path).ok().flatten();
     let generation = playing.as_ref().and_then(CurrentGeneration::status).map(|(seal, is_on_trial)| {
         let letter = seal.letter();

@@ -16,9 +16,9 @@ const WAITS: &str = "[ \"$(systemctl show -P SubState dreams-restart)\" = start 
 fn a_unit_restarts_into_its_next_system_at_four_and_at_no_other_hour() {
     let (_unit, mut machine) = updating_unit().writing.snapshot.wake();
     machine.also_expect(playing_unit().stick.reference);
-    machine.run(&format!("date -u -s '2027-03-01 05:00:00' && systemctl unmask --runtime {RESTART}"));
+    machine.run(&format!("date -u -s '2047-03-01 05:00:00' && systemctl unmask --runtime {RESTART}"));
     machine.run(&until_written());
-    machine.run(&format!("until {WAITS}; do sleep 1; done; date -u -s '2027-03-02 03:59:30'"));
+    machine.run(&format!("until {WAITS}; do sleep 1; done; date -u -s '2047-03-02 03:59:30'"));
     machine.watch_move(PAUSE, MOVES);
     machine.run(WAITS);
     assert_eq!(version(&mut machine), NOW);

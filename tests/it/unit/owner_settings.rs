@@ -6,7 +6,7 @@
 use bundle::ObjectId;
 use claims::bundle_maker::rubbish;
 use claims::owner::Settings;
-use claims::programs::{self, output};
+use claims::programs::{self, output, succeed};
 use claims::unit::Unit;
 use std::fs;
 use std::net::TcpListener;
@@ -160,11 +160,13 @@ fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
 fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
     let unit = Unit::new();
     let keep = unit.path("owner.toml");
+    let system = unit.path("os-release");
+    fs::write(&system, "DREAMS_DATE=2026-01-01T00:00:00Z\n").unwrap();
     let may_restart = |hours: &str| {
         fs::write(&keep, format!("hours = \"{hours}\"\ntimezone = \"UTC\"\n")).unwrap();
         let mut owner = Command::new(programs::owner());
         owner.args(["may-restart", "--keep"]).arg(&keep).arg("--flock").arg(unit.path("store/current"));
-        output(&mut owner).status.code()
+        output(owner.arg("--system").arg(&system)).status.code()
     };
     // Hours that exclude the present time, and hours that include it.
     fs::write(&keep, "").unwrap();
@@ -179,6 +181,40 @@ fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
     unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(0));
     assert_eq!(may_restart(&dark), Some(1), "the flock that has come is on trial");
+}
+
+#[test]
+fn a_clock_counts_if_it_was_kept_over_the_start_or_a_time_server_has_set_it() {
+    let unit = Unit::new();
+    let [keep, system, synchronised] = ["owner.toml", "os-release", "synchronized"].map(|name| unit.path(name));
+    let shown = |seconds: i64| {
+        let mut date = Command::new("date");
+        date.arg("--utc").arg(format!("--date={seconds} seconds")).arg("+%FT%TZ");
+        String::from_utf8(succeed(&mut date)).unwrap().trim().to_owned()
+    };
+    let hour = |hours: i64| shown(hours * 3_600).get(11..16).unwrap().to_owned();
+    let [dark, lit] = [[10, 11], [-1, 1]].map(|[from, to]| format!("{}-{}", hour(from), hour(to)));
+    let up = fs::read_to_string("/proc/uptime").unwrap();
+    let up_s: i64 = up.split('.').next().unwrap().parse().unwrap();
+    // A unit that does not know the time restarts after a day, whatever the hours are.
+    let unknown = [Some(i32::from(up_s < 86_400)); 2];
+    let restarts = |made_s: i64| {
+        fs::write(&system, format!("ID=dreams\nDREAMS_DATE={}\n", shown(made_s))).unwrap();
+        [&dark, &lit].map(|hours| {
+            fs::write(&keep, format!("hours = \"{hours}\"\ntimezone = \"UTC\"\n")).unwrap();
+            let mut owner = Command::new(programs::owner());
+            owner.arg("may-restart").arg("--keep").arg(&keep).arg("--flock").arg(unit.path("store/current"));
+            owner.arg("--system").arg(&system).arg("--synchronised").arg(&synchronised);
+            output(&mut owner).status.code()
+        })
+    };
+    let (known, before_the_start_s) = ([Some(0), Some(1)], -up_s - 2 * 86_400);
+    assert_eq!(restarts(before_the_start_s), known, "the clock was later when the machine started");
+    assert_eq!(restarts(-up_s - 60), unknown, "a dead clock that was moved on to the system's date");
+    assert_eq!(restarts(-60), unknown, "a dead clock that was moved on to an older date");
+    fs::write(&synchronised, "").unwrap();
+    assert_eq!([restarts(-up_s - 60), restarts(-60)], [known; 2], "a time server has set it");
+    assert_eq!(restarts(86_400), unknown, "to a time before the system was made");
 }
 
 #[test]

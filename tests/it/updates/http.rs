@@ -332,6 +332,30 @@ fn a_part_is_taken_for_what_it_is() {
 }
 
 #[test]
+fn the_window_is_kept_by_a_unit_that_knows_the_time_and_by_no_other() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let [config, system] = ["update.toml", "os-release"].map(|name| unit.path(name));
+    let hour = |hours: i64| {
+        let mut date = Command::new("date");
+        let told = succeed(date.arg("--utc").arg(format!("--date={hours} hours")).arg("+%H:%M"));
+        String::from_utf8(told).unwrap().trim().to_owned()
+    };
+    let look = |made: &str| {
+        fs::write(&system, format!("ID=other\nDREAMS_DATE={made}\n")).unwrap();
+        let window = format!("window = \"{}-{}\"\nsystem = \"{}\"\n", hour(10), hour(11), system.display());
+        fs::write(&config, format!("url = \"{}\"\n{window}", web.url())).unwrap();
+        let mut command = unit.update_from(None);
+        let said = output(command.arg("--config").arg(&config).arg("--schedule").arg(unit.path("schedule")));
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        serde_json::from_slice::<Value>(&said.stdout).unwrap()["outcome"].clone()
+    };
+    assert_eq!(look("2026-01-01T00:00:00Z"), "not-now", "a clock that is right");
+    assert_eq!(look("2096-01-01T00:00:00Z"), "installed", "a clock that is behind its system");
+}
+
+#[test]
 fn a_unit_looks_for_news_when_it_is_time_and_not_before() {
     let unit = Unit::new();
     unit.maker.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);

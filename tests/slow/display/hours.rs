@@ -56,9 +56,9 @@ fn over_a_night(playing: &PlayerRun) -> Vec<String> {
             echo -- >&4
         }}
         exec 3> {seen} 4> {glass}
-        date -u -s '2026-07-01 22:59:50' > /dev/null; {player} & player=$!
+        date -u -s '2046-07-01 22:59:50' > /dev/null; {player} & player=$!
         sleep 5; state; sleep 10; state
-        date -u -s '2026-07-02 07:59:50' > /dev/null; sleep 5; state; sleep 15; state
+        date -u -s '2046-07-02 07:59:50' > /dev/null; sleep 5; state; sleep 15; state
         date -u -s '1970-01-01 00:01:00' > /dev/null; sleep 20; state
         kill $player; wait $player",
         seen = word(&seen),

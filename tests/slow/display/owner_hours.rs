@@ -17,7 +17,7 @@ fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
         "state() {{ sleep 3; sed -n 's/^\\tactive=//p' /sys/kernel/debug/dri/vkms/state; }}
         set_to() {{ echo \"$1\" > {partition}; {owner} || echo refused; }}
         exec > {seen}
-        date -u -s '2026-07-01 12:00:00' > /dev/null; {player} & player=$!
+        date -u -s '2046-07-01 12:00:00' > /dev/null; {player} & player=$!
         state; set_to 'hours = \"20:00-23:00\"'; state; set_to 'hours = 20'; state; set_to 'unit = \"lobby\"'; state
         kill $player; wait $player",
         partition = word(&settings.path("partition/dreams.toml")),
