@@ -11,9 +11,10 @@ use player::owner::FILE_NAME;
 use std::io::ErrorKind;
 
 /// How each key is set.
-const FORMS: [(&str, &str); 27] = [
+const FORMS: [(&str, &str); 28] = [
     ("acknowledge", "true or false"),
     ("address", "as \"192.0.2.7/24\""),
+    ("authorities", "certificates in PEM, in \"\"\""),
     ("brightness", "1 to 100, or as \"07:00 100, 20:00 40\""),
     ("button", "\"any\", or a path below \"/dev/input\""),
     ("button_down", "one key, as \"KEY_DOWN\""),

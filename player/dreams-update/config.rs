@@ -36,6 +36,7 @@ pub(crate) struct Config {
     pub(crate) every_minutes: u64,
     pub(crate) window: Option<Window>,
     pub(crate) proxy: Option<String>,
+    pub(crate) authorities: PathBuf,
     #[serde(deserialize_with = "bandwidth_kib")]
     pub(crate) bandwidth_kib: u64,
     #[serde(deserialize_with = "reserve_mib")]
@@ -60,6 +61,7 @@ impl Default for Config {
             every_minutes: 360,
             window: None,
             proxy: None,
+            authorities: "/etc/ssl/certs/ca-certificates.crt".into(),
             bandwidth_kib: 0,
             reserve_mib: 256,
             report_to: None,

@@ -2,21 +2,22 @@
 //!
 //! Owns the requests, one for each file, and the checks of the answers: a login page of a hotel is no bundle, a part must
 //! be the part that was asked for, or the file is asked for whole, and a server that does not answer, or too slowly, is
-//! given up. Object stores answer 403 for what they do not have: that is no file, unless they give none at all. The signature of the
-//! content is checked by the reader; so TLS is for privacy alone, and a unit whose clock cannot be right does not judge
-//! how old a certificate is.
+//! given up. Object stores answer 403 for what they do not have: that is no file, unless they give none at all. The
+//! signature of the content is checked by the reader; so TLS, in `tls.rs`, is for privacy alone.
 //!
 //! Start at [`HttpSource::new`].
 
 use crate::fatal::Fatal;
 use crate::meter::{Meter, MeteredReader};
 use crate::network_error::{PlainReader, of_request};
+use crate::tls::{Judgement, Tls};
 use bundle::{ObjectId, Source};
 use std::cell::Cell;
 use std::io::{self, Cursor, ErrorKind, Read};
 use std::time::Duration;
 use ureq::http::{Response, header};
-use ureq::tls::TlsConfig;
+use ureq::unversioned::resolver::DefaultResolver;
+use ureq::unversioned::transport::{ConnectProxyConnector, Connector, TcpConnector};
 use ureq::{Agent, Body, Proxy};
 
 /// How long until a name is found, and a server answers.
@@ -48,10 +49,10 @@ pub(crate) struct HttpSource {
 }
 
 impl HttpSource {
-    /// The bundles beneath `url`, asked for through `proxy`. With `is_clock_wrong`, certificates are not judged.
+    /// The bundles beneath `url`, asked for through `proxy`, from a server that is accepted by `judgement`.
     /// Errors: [`Fatal::Address`] if one of them is no address.
-    pub(crate) fn new(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
-        let agent = agent(url, proxy, is_clock_wrong)?;
+    pub(crate) fn new(url: &str, proxy: Option<&str>, judgement: Judgement) -> Result<Self, Fatal> {
+        let agent = agent(url, proxy, judgement)?;
         let url = url.trim_end_matches('/').to_owned();
         Ok(Self { agent, url, meter: Meter::default(), has_given: Cell::default(), has_refused: Cell::default() })
     }
@@ -119,9 +120,9 @@ impl Source for HttpSource {
     }
 }
 
-/// Who asks at `url`, through `proxy`. With `is_clock_wrong`, certificates are not judged.
+/// Who asks at `url`, through `proxy`, a server that is accepted by `judgement`.
 /// Errors: [`Fatal::Address`] if one of them is no address.
-pub(crate) fn agent(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Agent, Fatal> {
+pub(crate) fn agent(url: &str, proxy: Option<&str>, judgement: Judgement) -> Result<Agent, Fatal> {
     let refused = |address: &str| Fatal::Address { address: address.to_owned() };
     let rest = url.strip_prefix("https://").or_else(|| url.strip_prefix("http://"));
     if rest.is_none_or(|rest| rest.is_empty() || rest.starts_with('/') || url.contains(['?', '#', ' '])) {
@@ -138,9 +139,10 @@ pub(crate) fn agent(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Res
         .timeout_resolve(Some(CONNECT))
         .timeout_connect(Some(CONNECT))
         .timeout_recv_response(Some(SILENCE))
-        .timeout_per_read(Some(SILENCE))
-        .tls_config(TlsConfig::builder().disable_verification(is_clock_wrong).build());
-    Ok(config.build().new_agent())
+        .timeout_per_read(Some(SILENCE));
+    let connector =
+        ().chain(ConnectProxyConnector::default()).chain(TcpConnector::default()).chain(Tls::new(judgement));
+    Ok(Agent::with_parts(config.build(), connector, DefaultResolver::default()))
 }
 
 /// The place in a file of `size` bytes of the first byte of this answer; `None` if it does not say, or is of another file.
@@ -177,17 +179,23 @@ fn no_page(mut reader: impl Read) -> io::Result<impl Read> {
 #[cfg(test)]
 mod tests {
     use super::{HttpSource, no_page, part_of};
+    use crate::tls::Judgement;
+    use player::authorities::Authorities;
+    use player::clock::ClockReader;
     use std::io::Read;
 
     #[test]
     fn only_addresses_are_taken_for_addresses() {
+        let clock = ClockReader::of_machine().read();
+        let judgement = Judgement { system: "/nowhere".into(), owners: Authorities::default(), clock };
+        let source = |url, proxy| HttpSource::new(url, proxy, judgement.clone());
         for fine in ["http://127.0.0.1:80/a", "https://example.org", "https://example.org/flocks/"] {
-            assert!(HttpSource::new(fine, Some("http://proxy:8080"), false).is_ok(), "{fine}");
+            assert!(source(fine, Some("http://proxy:8080")).is_ok(), "{fine}");
         }
         for wrong in ["", "example.org", "ftp://example.org", "http://", "https:///a", "https://a/?b", "http://a b"] {
-            assert!(HttpSource::new(wrong, None, false).is_err(), "{wrong}");
+            assert!(source(wrong, None).is_err(), "{wrong}");
         }
-        assert!(HttpSource::new("https://example.org", Some("gopher://x"), false).is_err());
+        assert!(source("https://example.org", Some("gopher://x")).is_err());
     }
 
     #[test]

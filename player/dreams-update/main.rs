@@ -21,6 +21,7 @@ mod slot;
 mod statements;
 mod status_report;
 mod system;
+mod tls;
 mod update_run;
 
 use answer::Answer;

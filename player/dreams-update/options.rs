@@ -4,8 +4,10 @@
 
 use crate::config::Config;
 use crate::fatal::Fatal;
+use crate::tls::Judgement;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
+use player::authorities::Authorities;
 use player::button::VOTES_FOLDER;
 use player::{ClockReader, Owner, config_file};
 use std::fs;
@@ -70,6 +72,8 @@ pub(crate) struct Order {
     pub(crate) clock: ClockReader,
     /// Whom the owner trusts besides.
     pub(crate) owners_keys: Vec<PublicKey>,
+    /// Who may vouch for a server besides.
+    pub(crate) owners_authorities: Authorities,
     pub(crate) unit: UnitId,
     /// `None` if there is nowhere to look.
     pub(crate) source: Option<String>,
@@ -112,6 +116,7 @@ impl Options {
                 ..config
             },
             owners_keys: owner.keys,
+            owners_authorities: owner.authorities,
             unit,
             source,
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },
@@ -121,6 +126,14 @@ impl Options {
             notice: self.notice,
             json: self.json,
         })
+    }
+}
+
+impl Order {
+    /// By what the certificates of servers are judged now.
+    pub(crate) fn judgement(&self) -> Judgement {
+        let (system, owners) = (self.config.authorities.clone(), self.owners_authorities.clone());
+        Judgement { system, owners, clock: self.clock.read() }
     }
 }
 

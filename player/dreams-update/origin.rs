@@ -4,6 +4,7 @@
 
 use crate::fatal::Fatal;
 use crate::http_source::HttpSource;
+use crate::tls::Judgement;
 use bundle::{Folder, FolderError, ObjectId, Source, UnitId};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
@@ -18,11 +19,12 @@ pub(crate) enum Origin {
 }
 
 impl Origin {
-    /// The folder or the address `source`; an address is asked through `proxy`.
+    /// The folder or the address `source`; an address is asked through `proxy`, if its server is accepted by
+    /// `judgement`.
     /// Errors: [`Fatal::Source`] or [`Fatal::Address`].
-    pub(crate) fn open(source: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
+    pub(crate) fn open(source: &str, proxy: Option<&str>, judgement: Judgement) -> Result<Self, Fatal> {
         if source.contains("://") {
-            HttpSource::new(source, proxy, is_clock_wrong).map(Self::Http)
+            HttpSource::new(source, proxy, judgement).map(Self::Http)
         } else {
             Folder::open(Path::new(source)).map(Self::Folder).map_err(Fatal::Source)
         }

@@ -50,12 +50,12 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
         return info!("no status report is sent over HTTPS before the time is known");
     }
     let sent =
-        agent(address, order.config.proxy.as_deref(), !is_time_known).map_err(io::Error::other).and_then(|agent| {
+        agent(address, order.config.proxy.as_deref(), order.judgement()).map_err(io::Error::other).and_then(|agent| {
             let report = StatusReport {
                 unit: order.unit.as_str(),
                 update: ended.ok(),
                 error: ended.err().map(|fatal| chain(fatal)),
-                status: status(&order.config.status),
+                status: status(order),
                 votes: order.config.votes.as_deref().and_then(votes),
             };
             post(&agent, address, &report)
@@ -78,10 +78,10 @@ fn votes(store: &Path) -> Option<Totals> {
     kept.ok()?.1.map(|ledger| ledger.sent())
 }
 
-/// The status document of the player at `place` on this machine.
-fn status(place: &str) -> Option<Value> {
-    let url = format!("http://{place}");
-    let agent = agent(&url, None, false).ok()?;
+/// The status document of the player on this machine.
+fn status(order: &Order) -> Option<Value> {
+    let url = format!("http://{}", order.config.status);
+    let agent = agent(&url, None, order.judgement()).ok()?;
     let request = agent.get(format!("{url}/status.json")).config().timeout_global(Some(STATUS)).build();
     let mut response = request.call().ok()?;
     let text = response.body_mut().with_config().limit(LONGEST).read_to_vec().ok()?;

@@ -90,7 +90,7 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
         let missing = store.missing().map_or(0, |missing| missing.len());
         return Ok(Answer { missing, ..Answer::of(Outcome::NotNow, store.state().playing()) });
     };
-    let mut source = Origin::open(place, order.config.proxy.as_deref(), order.clock.read().known_s().is_none())?;
+    let mut source = Origin::open(place, order.config.proxy.as_deref(), order.judgement())?;
     let progress = Progress::new(order.notice.clone());
     let mut fetcher = Fetcher { source: &mut source, rate_limit, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);

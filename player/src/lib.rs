@@ -8,6 +8,7 @@
 #![allow(clippy::missing_errors_doc, reason = "the library of our own programs, which has no other readers")]
 
 pub mod acknowledgement;
+pub mod authorities;
 pub mod button;
 pub mod clock;
 pub mod config_file;

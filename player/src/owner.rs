@@ -6,6 +6,7 @@
 //!
 //! Start at [`Owner::parse`].
 
+use crate::authorities::Authorities;
 use crate::button::{self, ButtonDevice, Key};
 use crate::config_file::{ConfigError, Mistake, parse, unit};
 use crate::hours::{Brightness, Hours, Night, Zone};
@@ -47,6 +48,8 @@ pub struct Owner {
     /// Through which proxy.
     #[serde(deserialize_with = "url")]
     pub proxy: Option<String>,
+    /// Who may vouch for the servers of both.
+    pub authorities: Authorities,
     /// When the picture is lit.
     pub hours: Option<Hours>,
     /// How bright it is.
@@ -249,12 +252,17 @@ mod tests {
 
     /// The keys that the sample explains, all left out by a leading `# `.
     fn keys_of_the_sample() -> Vec<(String, String)> {
-        let entry = |line: &str| {
-            let line = line.strip_prefix("# ")?;
-            let (key, _) = line.split_once(" = ")?;
-            key.chars().all(|c| c.is_ascii_lowercase() || c == '_').then(|| (key.to_owned(), line.to_owned()))
+        let entry = |paragraph: &str| {
+            let text = paragraph.lines().map(|line| line.trim_start_matches("# ")).collect::<Vec<_>>().join("\n");
+            let is_entry = |line: &str| {
+                let key = line.split_once(" = ").map(|(key, _)| key);
+                key.is_some_and(|key| key.chars().all(|c| c.is_ascii_lowercase() || c == '_'))
+            };
+            let at = text.lines().position(is_entry)?;
+            let value = text.lines().skip(at).collect::<Vec<_>>().join("\n");
+            Some((value.split_once(" = ")?.0.to_owned(), value))
         };
-        SAMPLE.lines().filter_map(entry).collect()
+        SAMPLE.split("\n\n").filter_map(entry).collect()
     }
 
     #[test]
@@ -269,7 +277,7 @@ mod tests {
         let all = explained.iter().map(|(_, line)| line.as_str()).collect::<Vec<_>>().join("\n");
         let owner = read(&all).unwrap();
         assert!(owner.unit.is_some() && owner.hours.is_some() && owner.brightness.is_some() && owner.url.is_some());
-        assert_eq!((owner.keys.len(), owner.dns.len()), (1, 1));
+        assert_eq!((owner.keys.len(), owner.dns.len(), owner.authorities.certificates().len()), (1, 1, 1));
         assert!(owner.night.is_some() && owner.output() != OutputSettings::default());
         assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
         assert!(owner.presence.is_some() && owner.acknowledge == Some(false));
@@ -295,6 +303,10 @@ mod tests {
             ("unit = \"The Lobby\"", "line 1, key `unit`"),
             ("keys = [\"rubbish\"]", "`rubbish` is not a valid public key"),
             ("url = \"example.org\"", "`example.org` is not a valid address"),
+            (
+                "\nauthorities = \"CN=Office\"",
+                "line 2, key `authorities`: there is no certificate: expected certificates",
+            ),
             ("address = \"192.0.2.7\"", "`192.0.2.7` is not a valid address with its prefix"),
             ("address = \"192.0.2.7/33\"", "`192.0.2.7/33` is not a valid address with its prefix"),
             ("dns = [\"example.org\"]", "line 1, key `dns`"),

@@ -68,6 +68,7 @@ mod unit {
 }
 mod updates {
     mod addressing;
+    mod certificates;
     mod http;
     mod interruptions;
     mod memory_limits;

@@ -4,6 +4,10 @@
 //!
 //! Start at [`WebServer::serve`].
 
+use rustls::crypto::ring;
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use rustls::{ServerConfig, ServerConnection, StreamOwned};
 use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -56,6 +60,7 @@ const DRIP: Duration = Duration::from_millis(100);
 /// A running server. It ends when dropped.
 pub struct WebServer {
     address: SocketAddr,
+    scheme: &'static str,
     state: Arc<ServerState>,
     thread: Option<JoinHandle<()>>,
 }
@@ -73,6 +78,16 @@ struct ServerState {
 impl WebServer {
     /// Serves the files in `folder`.
     pub fn serve(folder: &Path, behaviour: Behaviour) -> Self {
+        Self::start(folder, behaviour, None)
+    }
+
+    /// Serves the files in `folder` by TLS, with this certificate of `tests/fixtures/certificates`.
+    pub fn serve_by_tls(folder: &Path, certificate: &str) -> Self {
+        Self::start(folder, Behaviour::Good, Some(Arc::new(tls(certificate))))
+    }
+
+    fn start(folder: &Path, behaviour: Behaviour, tls: Option<Arc<ServerConfig>>) -> Self {
+        let scheme = if tls.is_some() { "https" } else { "http" };
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         let state = Arc::new(ServerState {
@@ -89,17 +104,20 @@ impl WebServer {
                 if served.is_over.load(Ordering::Relaxed) {
                     return;
                 }
-                let served = Arc::clone(&served);
+                let (served, tls, visitor) = (Arc::clone(&served), tls.clone(), visitor.unwrap());
                 // Clients may close the connection early.
-                thread::spawn(move || served.answer(&visitor.unwrap()).ok());
+                thread::spawn(move || match tls {
+                    Some(tls) => served.answer(StreamOwned::new(ServerConnection::new(tls).unwrap(), visitor)).ok(),
+                    None => served.answer(visitor).ok(),
+                });
             }
         });
-        Self { address, state, thread: Some(thread) }
+        Self { address, scheme, state, thread: Some(thread) }
     }
 
     /// Its address.
     pub fn url(&self) -> String {
-        format!("http://{}", self.address)
+        format!("{}://{}", self.scheme, self.address)
     }
 
     /// Behaves so from now on.
@@ -141,7 +159,7 @@ struct Reply<'b> {
 }
 
 impl ServerState {
-    fn answer(&self, visitor: &TcpStream) -> io::Result<()> {
+    fn answer(&self, visitor: impl Read + Write) -> io::Result<()> {
         let mut reader = BufReader::new(visitor);
         let (mut line, mut from, mut length) = (String::new(), 0, 0);
         reader.read_line(&mut line)?;
@@ -162,7 +180,7 @@ impl ServerState {
         }
         if line.starts_with("POST ") {
             let mut body = String::new();
-            reader.take(length).read_to_string(&mut body)?;
+            reader.by_ref().take(length).read_to_string(&mut body)?;
             self.posted.lock().unwrap().push(body);
             let received = Reply {
                 status: "204 No Content",
@@ -172,15 +190,15 @@ impl ServerState {
                 is_endless: false,
                 is_dripping: false,
             };
-            return self.send(visitor, &received);
+            return self.send(reader.get_mut(), &received);
         }
         self.asked.lock().unwrap().push(path.clone());
         let behaviour = self.behaviour.lock().unwrap().clone();
         let file = fs::read(self.folder.join(&path));
-        self.send(visitor, &reply(&behaviour, &path, file.as_deref().ok(), from))
+        self.send(reader.get_mut(), &reply(&behaviour, &path, file.as_deref().ok(), from))
     }
 
-    fn send(&self, mut visitor: &TcpStream, reply: &Reply<'_>) -> io::Result<()> {
+    fn send(&self, visitor: &mut impl Write, reply: &Reply<'_>) -> io::Result<()> {
         let promised = reply.promised.map(|length| format!("Content-Length: {length}\r\n")).unwrap_or_default();
         write!(visitor, "HTTP/1.1 {}\r\n{promised}{}Connection: close\r\n\r\n", reply.status, reply.headers)?;
         let mut body = reply.body;
@@ -198,6 +216,16 @@ impl ServerState {
             body = &[7; 4_096];
         }
     }
+}
+
+/// What a server with this certificate of `tests/fixtures/certificates` needs.
+fn tls(certificate: &str) -> ServerConfig {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/certificates");
+    let key = PrivateKeyDer::from_pem_file(fixtures.join("server.key")).unwrap();
+    let certificate = CertificateDer::from_pem_file(fixtures.join(certificate)).unwrap();
+    let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()));
+    let config = config.with_safe_default_protocol_versions().unwrap().with_no_client_auth();
+    config.with_single_cert(vec![certificate], key).unwrap()
 }
 
 /// The answer of a server with this behaviour to a request for `path`, which holds `file`, from byte `from` on.

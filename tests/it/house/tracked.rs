@@ -120,6 +120,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests", &["Cargo.toml", "*.rs", "*.py", SCRIPT]),
     ("tests/bench/studio", &["*.rs", "*.js"]),
     ("tests/fixtures", &["flock.toml"]),
+    ("tests/fixtures/certificates", &["*.pem", "server.key"]),
     ("tests/fixtures/failures", &["*.agents", "*.expr", "*.flam3", "*.plant"]),
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),

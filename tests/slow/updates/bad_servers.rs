@@ -7,6 +7,7 @@ use crate::guest::{script, succeed_in_virtual_time, word};
 use claims::bundle_maker::{BundleMaker, rubbish};
 use claims::programs::{claims_folder, updater};
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// A server of static files, for one request: `GET /PATH`.
 const SERVER: &str = r#"
@@ -49,23 +50,28 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     for (name, script) in [("server", SERVER), ("half", HALF), ("drip", DRIP)] {
         std::fs::write(at(name), script).unwrap();
     }
+    let fixture = |name: &str| {
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/certificates").join(name)).unwrap()
+    };
+    for name in ["good.pem", "for-another-name.pem"] {
+        std::fs::write(at(name), fixture(name) + &fixture("server.key")).unwrap();
+    }
+    std::fs::write(at("authority.pem"), fixture("authority.pem")).unwrap();
+    std::fs::write(at("update.toml"), "authorities = \"authority.pem\"\n").unwrap();
     let socat = |address: &str, does: &str| format!("socat {address},fork,reuseaddr {does} 2> /dev/null &\n");
-    let tls = |port: u16, number: u16| {
-        let address = format!("OPENSSL-LISTEN:{port},cert=/tmp/both.pem,verify=0");
+    let tls = |port: u16, number: u16, certificate: &str| {
+        let address = format!("OPENSSL-LISTEN:{port},cert={certificate},verify=0");
         socat(&address, &format!("EXEC:'bash server {number}'"))
     };
     let mut text = format!(
         "cd {}\n\
-         openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout /tmp/key -out /tmp/cert \
-         -subj /CN=unit -addext subjectAltName=IP:127.0.0.1 -days 30 2> /dev/null\n\
-         cat /tmp/key /tmp/cert > /tmp/both.pem\n\
-         look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys keys --notice /tmp/notice \"$2\" \
-         2>&1 || status=$?; echo \"$1: $status after $((SECONDS - begun))\"; }}\n",
+         look() {{ begun=$SECONDS status=0; {} --unit lobby --config update.toml --store /tmp/store --keys keys \
+         --notice /tmp/notice \"$2\" 2>&1 || status=$?; echo \"$1: $status after $((SECONDS - begun))\"; }}\n",
         word(folder.path()),
         word(&updater()),
     );
-    text += &tls(8441, 1);
-    text += &tls(8442, 2);
+    text += &tls(8441, 1, "good.pem");
+    text += &tls(8442, 2, "for-another-name.pem");
     text += &socat("TCP-LISTEN:8001", "EXEC:'sleep 100000'");
     text += &socat("TCP-LISTEN:8002", "EXEC:'bash half'");
     text += &socat("TCP-LISTEN:8003", "EXEC:'bash drip'");
@@ -81,9 +87,9 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     }
     let console = succeed_in_virtual_time(120, &script(&text));
 
-    assert_eq!(ended(&console, "in 1970").0, 0, "the signature is the trust: {console}");
+    assert_eq!(ended(&console, "in 1970").0, 0, "certificates are not judged by such a clock: {console}");
     assert!(console.contains("installed `aurora` 1") && !console.contains("installed `aurora` 2"), "{console}");
-    assert_eq!(ended(&console, "with a clock").0, 3, "a certificate that nobody vouches for: {console}");
+    assert_eq!(ended(&console, "with a clock").0, 3, "a certificate of somebody else: {console}");
     assert!(console.contains("certificate"), "{console}");
     for (case, at_most) in [("silent", SILENCE), ("silent in the middle", SILENCE), ("dripping", DRIPPING)] {
         let (status, seconds) = ended(&console, case);
