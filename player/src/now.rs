@@ -1,14 +1,14 @@
 //! The only reader of the clock in the player and the updater.
 //!
-//! Owns [`now`], and for the updater the machine's age and its date; everything else takes the time as an argument.
-//! What must not err goes by the first two: a unit's date may jump, or be 1970.
+//! Owns [`now`], and the machine's age and its date; everything else takes the time as an argument. What must not err
+//! goes by the first two: a unit's date may jump, or be 1970. None of the three asks `rustix` for a clock: it insists on
+//! a vDSO that knows all clocks, and user-mode kernels have none.
 
 use std::sync::LazyLock;
 use std::time::{Instant, SystemTime};
 use timing::Nanos;
 
-/// Nanoseconds since the first call. By the standard library and not `rustix`, which insists on a vDSO that knows
-/// the clock: user-mode kernels have none.
+/// Nanoseconds since the first call.
 #[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
 pub fn now() -> Nanos {
     static FIRST: LazyLock<Instant> = LazyLock::new(Instant::now);
@@ -18,8 +18,7 @@ pub fn now() -> Nanos {
 
 /// Seconds since the machine was started, asleep or not.
 pub fn up_s() -> u64 {
-    let age = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
-    u64::try_from(age.tv_sec).unwrap_or_default()
+    u64::try_from(rustix::system::sysinfo().uptime).unwrap_or_default()
 }
 
 /// Seconds since 1970, as the machine's clock has it, which may be wrong: `clock.rs` decides whether the time is known.
