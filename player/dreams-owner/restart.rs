@@ -57,8 +57,8 @@ pub(crate) fn run(options: &Options) -> Exit {
 
 /// What the owner has set of the unit's days, which may have changed since the last look.
 fn day(keep: &Path) -> Day {
-    let Owner { hours, night, timezone: zone, .. } = Owner::kept(keep);
-    Day { hours, night: night.unwrap_or_default(), brightness: Brightness::full(), zone }
+    let Owner { hours, closed, night, timezone: zone, .. } = Owner::kept(keep);
+    Day { hours, closed, night: night.unwrap_or_default(), brightness: Brightness::full(), zone }
 }
 
 /// Whether the flock at `path` is on trial. One that cannot be read is not: the built-in one plays.

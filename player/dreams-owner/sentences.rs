@@ -11,7 +11,7 @@ use player::owner::FILE_NAME;
 use std::io::ErrorKind;
 
 /// How each key is set.
-const FORMS: [(&str, &str); 28] = [
+const FORMS: [(&str, &str); 30] = [
     ("acknowledge", "true or false"),
     ("address", "as \"192.0.2.7/24\""),
     ("authorities", "certificates in PEM, in \"\"\""),
@@ -19,14 +19,16 @@ const FORMS: [(&str, &str); 28] = [
     ("button", "\"any\", or a path below \"/dev/input\""),
     ("button_down", "one key, as \"KEY_DOWN\""),
     ("button_up", "\"any\", or one key, as \"KEY_UP\""),
+    ("closed", "days, as [\"Mon\", \"2026-12-24\"]"),
     ("connector", "as \"HDMI-A-1\""),
     ("dns", "addresses, as [\"192.0.2.53\"]"),
     ("gateway", "an address, as \"192.0.2.1\""),
-    ("hours", "two times, as \"08:00-23:00\""),
+    ("hours", "as \"Tue-Sun 08:00-23:00\""),
     ("keys", "lines of NAME.pub, as [\"RWQy...\"]"),
     ("margin", "0 to 20"),
     ("mode", "as \"1920x1080@60\""),
     ("night", "\"off\" or \"black\""),
+    ("ntp", "names or addresses of servers, in []"),
     ("presence", "a path below \"/dev/input\""),
     ("proxy", "as \"http://proxy.example.org:3128\""),
     ("range", "\"auto\", \"full\" or \"limited\""),
@@ -122,7 +124,7 @@ mod tests {
     fn what_is_wrong_is_told_with_what_would_be_right() {
         for (text, said) in [
             ("\nbrightness = 400", "dreams.toml line 2: brightness is 1 to 100, or as \"07:00 100, 20:00 40\"."),
-            ("hours = 8:00-23:00", "dreams.toml line 1: hours is two times, as \"08:00-23:00\"."),
+            ("hours = 8:00-23:00", "dreams.toml line 1: hours is as \"Tue-Sun 08:00-23:00\"."),
             ("rotate = 45", "rotate is 0, 90, 180 or 270."),
             ("hour = 1", "line 1: unknown key hour. Did you mean hours?"),
             ("unit = \"lobby\"\nglow = 1", "line 2: unknown key glow. The"),

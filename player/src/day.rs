@@ -21,13 +21,23 @@ impl Window {
         (from_min != to_min).then_some(Self { from_min, to_min })
     }
 
-    /// Whether `minute` of a day lies in it.
+    /// Whether `minute` of any day lies in it.
     pub fn includes(self, minute: u64) -> bool {
-        if self.from_min <= self.to_min {
-            (self.from_min..self.to_min).contains(&minute)
-        } else {
-            minute >= self.from_min || minute < self.to_min
-        }
+        self.includes_of_its_day(minute) || self.includes_of_next_day(minute)
+    }
+
+    /// Whether `minute` of the day on which it begins lies in it.
+    pub fn includes_of_its_day(self, minute: u64) -> bool {
+        minute >= self.from_min && (minute < self.to_min || self.is_over_midnight())
+    }
+
+    /// Whether `minute` of the day after lies in it.
+    pub fn includes_of_next_day(self, minute: u64) -> bool {
+        minute < self.to_min && self.is_over_midnight()
+    }
+
+    fn is_over_midnight(self) -> bool {
+        self.to_min < self.from_min
     }
 }
 

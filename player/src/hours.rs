@@ -7,8 +7,10 @@
 //!
 //! Start at [`Day::lighting`].
 
-use crate::day::{self, DAY_MIN, Window};
+use crate::day::{self, DAY_MIN};
+use crate::week::{Closed, Hours, is_shown};
 use jiff::Timestamp;
+use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use serde::Deserialize;
 use std::ops::{Range, RangeInclusive};
@@ -21,11 +23,6 @@ const DAY_S: u64 = DAY_MIN * 60;
 const PERCENT: RangeInclusive<u16> = 1..=100;
 /// One step an hour at most.
 const STEPS: RangeInclusive<usize> = 1..=24;
-
-/// When the picture is lit, in local time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub struct Hours(Window);
 
 /// How bright it is: one brightness for all the day, or from each of these times on.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
@@ -77,15 +74,12 @@ pub struct Zone(TimeZone);
 
 /// A text that is none of them.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoHours {
+pub enum NoSetting {
     /// For a brightness.
     #[error(
         "`{0}` is not a valid brightness: a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`"
     )]
     Brightness(String),
-    /// For hours.
-    #[error("`{0}` are not valid hours: two times of the day, as in `08:00-23:00`")]
-    Hours(String),
     /// For a night.
     #[error("`{0}` is not a valid value of night: `off` or `black`")]
     Night(String),
@@ -99,6 +93,8 @@ pub enum NoHours {
 pub struct Day {
     /// When the picture is lit; `None` for always.
     pub hours: Option<Hours>,
+    /// On which days it is not.
+    pub closed: Closed,
     /// What the display does at other times.
     pub night: Night,
     /// How bright it is in them.
@@ -110,36 +106,39 @@ pub struct Day {
 impl Day {
     /// How bright the picture is to be at `known_s` seconds since 1970; `None` while the time is not known.
     pub fn lighting(&self, known_s: Option<u64>) -> Lighting {
-        let Some(second) = known_s.and_then(|known_s| self.local_second(known_s)) else {
+        let Some(time) = known_s.and_then(|known_s| self.local_time(known_s)) else {
             return Lighting::On { thousandths: self.brightness.brightest() };
         };
-        if self.hours.is_some_and(|hours| !hours.0.includes(second / 60)) {
-            return match self.night {
-                Night::Off => Lighting::Off,
-                Night::Black => Lighting::Black,
-            };
+        match self.night {
+            _ if self.is_shown(time) => Lighting::On { thousandths: self.brightness.at(second(time)) },
+            Night::Off => Lighting::Off,
+            Night::Black => Lighting::Black,
         }
-        Lighting::On { thousandths: self.brightness.at(second) }
     }
 
     /// Whether a unit that has run for `up_s` seconds may restart at `known_s` seconds since 1970: while the picture is dark;
     /// if that is never, from four to five in the morning; while the time is not known, after a day.
     pub fn allows_restart(&self, known_s: Option<u64>, up_s: u64) -> bool {
-        match (known_s.and_then(|known_s| self.local_second(known_s)), self.hours) {
-            (None, _) => up_s >= RESTART_AFTER_S,
-            (Some(second), Some(hours)) => !hours.0.includes(second / 60),
-            (Some(second), None) => RESTART_MIN.contains(&(second / 60)),
-        }
+        let Some(time) = known_s.and_then(|known_s| self.local_time(known_s)) else { return up_s >= RESTART_AFTER_S };
+        let is_early = RESTART_MIN.contains(&(second(time) / 60));
+        !self.is_shown(time) || (self.hours.is_none() && is_early)
     }
 
-    /// The second of the local day; `None` for a time that no calendar has.
-    fn local_second(&self, known_s: u64) -> Option<u64> {
-        let zone = self.zone.as_ref().map_or_else(TimeZone::system, |zone| zone.0.clone());
-        let time = Timestamp::from_second(i64::try_from(known_s).ok()?).ok()?.to_zoned(zone).time();
-        let [hour, minute, second] =
-            [time.hour(), time.minute(), time.second()].map(|part| u64::from(part.unsigned_abs()));
-        Some(hour * 3_600 + minute * 60 + second)
+    fn is_shown(&self, time: DateTime) -> bool {
+        is_shown(self.hours.as_ref(), &self.closed, time.date(), second(time) / 60)
     }
+
+    /// The local date and time; `None` for a time that no calendar has.
+    fn local_time(&self, known_s: u64) -> Option<DateTime> {
+        let zone = self.zone.as_ref().map_or_else(TimeZone::system, |zone| zone.0.clone());
+        Some(Timestamp::from_second(i64::try_from(known_s).ok()?).ok()?.to_zoned(zone).datetime())
+    }
+}
+
+/// The second of the day.
+fn second(time: DateTime) -> u64 {
+    let [hour, minute, second] = [time.hour(), time.minute(), time.second()].map(|part| u64::from(part.unsigned_abs()));
+    hour * 3_600 + minute * 60 + second
 }
 
 impl Brightness {
@@ -168,19 +167,11 @@ impl Brightness {
     }
 }
 
-impl FromStr for Hours {
-    type Err = NoHours;
-
-    fn from_str(text: &str) -> Result<Self, NoHours> {
-        Window::parse(text).map(Self).ok_or_else(|| NoHours::Hours(text.to_owned()))
-    }
-}
-
 impl FromStr for Brightness {
-    type Err = NoHours;
+    type Err = NoSetting;
 
-    fn from_str(text: &str) -> Result<Self, NoHours> {
-        let wrong = || NoHours::Brightness(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, NoSetting> {
+        let wrong = || NoSetting::Brightness(text.to_owned());
         let percent = |text: &str| {
             let digits = text.bytes().all(|byte| byte.is_ascii_digit());
             text.parse().ok().filter(|percent| digits && PERCENT.contains(percent))
@@ -200,22 +191,22 @@ impl FromStr for Brightness {
 }
 
 impl FromStr for Night {
-    type Err = NoHours;
+    type Err = NoSetting;
 
-    fn from_str(text: &str) -> Result<Self, NoHours> {
+    fn from_str(text: &str) -> Result<Self, NoSetting> {
         match text {
             "off" => Ok(Self::Off),
             "black" => Ok(Self::Black),
-            _ => Err(NoHours::Night(text.to_owned())),
+            _ => Err(NoSetting::Night(text.to_owned())),
         }
     }
 }
 
 impl FromStr for Zone {
-    type Err = NoHours;
+    type Err = NoSetting;
 
-    fn from_str(text: &str) -> Result<Self, NoHours> {
-        TimeZone::get(text).map(Self).map_err(|_| NoHours::Zone(text.to_owned()))
+    fn from_str(text: &str) -> Result<Self, NoSetting> {
+        TimeZone::get(text).map(Self).map_err(|_| NoSetting::Zone(text.to_owned()))
     }
 }
 
@@ -228,9 +219,9 @@ enum Spelled {
 }
 
 impl TryFrom<Spelled> for Brightness {
-    type Error = NoHours;
+    type Error = NoSetting;
 
-    fn try_from(spelled: Spelled) -> Result<Self, NoHours> {
+    fn try_from(spelled: Spelled) -> Result<Self, NoSetting> {
         match spelled {
             Spelled::Number(percent) => percent.to_string().parse(),
             Spelled::Text(text) => text.parse(),
@@ -238,11 +229,11 @@ impl TryFrom<Spelled> for Brightness {
     }
 }
 
-crate::from_string!(NoHours: Hours, Night, Zone);
+crate::from_string!(NoSetting: Night, Zone);
 
 #[cfg(test)]
 mod tests {
-    use super::{Brightness, DAY_S, Day, Hours, Lighting, Night, NoHours, Zone};
+    use super::{Brightness, Closed, DAY_S, Day, Hours, Lighting, Night, NoSetting, Zone};
     use proptest::prelude::*;
 
     /// 2026-07-01 00:00 in UTC, in seconds since 1970.
@@ -252,6 +243,7 @@ mod tests {
     fn day(hours: &str, brightness: &str, zone: &str) -> Day {
         Day {
             hours: Some(hours.parse::<Hours>().unwrap()),
+            closed: Closed::default(),
             night: Night::Off,
             brightness: brightness.parse().unwrap(),
             zone: Some(zone.parse().unwrap()),
@@ -315,8 +307,31 @@ mod tests {
             assert_eq!(night.lighting(unknown), Lighting::On { thousandths: 800 }, "{unknown:?}");
         }
         assert_eq!(night.lighting(Some(JULY_S)), Lighting::Off);
-        let machines = Day { hours: None, night: Night::Off, brightness: Brightness::full(), zone: None };
+        let machines = Day {
+            hours: None,
+            closed: Closed::default(),
+            night: Night::Off,
+            brightness: Brightness::full(),
+            zone: None,
+        };
         assert_eq!(machines.lighting(Some(JULY_S)), ON, "whatever the machine's own zone");
+    }
+
+    #[test]
+    fn on_a_day_without_hours_or_a_closed_day_it_is_night() {
+        // A Wednesday.
+        let noon = JULY_S + DAY_S / 2;
+        let museum = day("Tue-Fri 10:00-18:00, Sat-Sun 11:00-20:00", "100", "UTC");
+        let of_week = [0, 1, 2, 3, 4, 5, 6].map(|after| museum.lighting(Some(noon + after * DAY_S)) == ON);
+        assert_eq!(of_week, [true, true, true, true, true, false, true], "dark on Monday, six days after Wednesday");
+        let closed: Closed =
+            toml::from_str::<toml::Table>("closed = [2026-07-02]").unwrap()["closed"].clone().try_into().unwrap();
+        for hours in [None, museum.hours.clone()] {
+            let holiday = Day { hours, closed: closed.clone(), ..museum.clone() };
+            let of_week = [0, 1, 2].map(|after| holiday.lighting(Some(noon + after * DAY_S)));
+            assert_eq!(of_week, [ON, Lighting::Off, ON]);
+            assert!(holiday.allows_restart(Some(noon + DAY_S), 0) && !holiday.allows_restart(Some(noon), 0));
+        }
     }
 
     #[test]
@@ -358,15 +373,12 @@ mod tests {
 
     #[test]
     fn what_is_no_setting_is_refused_by_name() {
-        for wrong in ["", "08:00", "8:00-9:00", "08:00-24:00", "08:00-08:00", "08:00-09:00 "] {
-            assert_eq!(wrong.parse::<Hours>(), Err(NoHours::Hours(wrong.to_owned())));
-        }
         for wrong in ["", "0", "101", "+5", "07:00", "07:00 0", "07:00 50,", "07:00 50, 07:00 60", "50, 07:00 60"] {
-            assert_eq!(wrong.parse::<Brightness>(), Err(NoHours::Brightness(wrong.to_owned())), "{wrong}");
+            assert_eq!(wrong.parse::<Brightness>(), Err(NoSetting::Brightness(wrong.to_owned())), "{wrong}");
         }
-        assert_eq!("dark".parse::<Night>(), Err(NoHours::Night("dark".to_owned())));
+        assert_eq!("dark".parse::<Night>(), Err(NoSetting::Night("dark".to_owned())));
         for wrong in ["", "Zurich", "Europe/Nowhere", "../../etc/passwd"] {
-            assert_eq!(wrong.parse::<Zone>(), Err(NoHours::Zone(wrong.to_owned())));
+            assert_eq!(wrong.parse::<Zone>(), Err(NoSetting::Zone(wrong.to_owned())));
         }
         for (line, zone) in [("UTC", "UTC"), ("America/New_York", "America/New_York")] {
             assert!(line.parse::<Zone>().is_ok(), "{zone}");

@@ -16,6 +16,7 @@
 //! Start at [`Owner::kept`].
 
 use crate::config_file::text_of;
+use crate::day::Window;
 use crate::file_version::FileVersion;
 use crate::owner::Owner;
 use bundle::ObjectId;
@@ -30,6 +31,8 @@ const NUMBER: &str = "format";
 const OF: &str = "of";
 /// What stands in neither file.
 const PASSWORD: &str = "wifi_password";
+/// The key whose values are older than some of their forms.
+const HOURS: &str = "hours";
 /// The keys that the systems before [`FORMAT`] 1 know.
 const FIRST_KEYS: [&str; 27] = [
     "acknowledge",
@@ -41,7 +44,7 @@ const FIRST_KEYS: [&str; 27] = [
     "connector",
     "dns",
     "gateway",
-    "hours",
+    HOURS,
     "keys",
     "margin",
     "mode",
@@ -75,16 +78,22 @@ impl Kept {
     /// as it is.
     pub fn of(text: &str) -> Self {
         let mut settings: Table = text.parse().unwrap_or_default();
-        let is_first = |key: &str| FIRST_KEYS.contains(&key);
-        let first = if settings.keys().all(|key| is_first(key)) {
+        let first = if settings.iter().all(|(key, value)| is_first(key, value)) {
             text.to_owned()
         } else {
-            settings.clone().into_iter().filter(|(key, _)| is_first(key)).collect::<Table>().to_string()
+            settings.clone().into_iter().filter(|(key, value)| is_first(key, value)).collect::<Table>().to_string()
         };
         settings.remove(PASSWORD);
         let head = format!("{NUMBER} = {FORMAT}\n{OF} = \"{}\"\n", ObjectId::of(first.as_bytes()));
         Self { first, resolved: head + &settings.to_string() }
     }
+}
+
+/// Whether the systems before [`FORMAT`] 1 understand this setting.
+fn is_first(key: &str, value: &Value) -> bool {
+    // Those know only hours that are the same on all days.
+    let are_daily = || value.as_str().is_some_and(|hours| Window::parse(hours).is_some());
+    FIRST_KEYS.contains(&key) && (key != HOURS || are_daily())
 }
 
 /// The file beside the one at `first`.
@@ -210,6 +219,10 @@ mod tests {
         let Kept { first, resolved } = Kept::of(&later);
         assert_eq!(strict(&first), strict(SET));
         assert!(resolved.contains("colour = \"warm\"") && resolved.contains("[picture]\nlevels = 7"), "{resolved}");
+        let by_weekday = "rotate = 90\nhours = \"Tue-Sun 08:00-23:00\"\nclosed = [\"12-25\", 2026-12-24]\n";
+        let Kept { first, resolved } = Kept::of(by_weekday);
+        assert_eq!(strict(&first), strict("rotate = 90\n"));
+        assert_eq!(read(Some(&first), Some(&resolved)), strict(by_weekday));
     }
 
     #[test]

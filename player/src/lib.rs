@@ -23,6 +23,7 @@ pub mod now;
 pub mod output;
 pub mod owner;
 pub mod threads;
+pub mod week;
 pub mod wifi;
 
 pub use acknowledgement::MarkSocket;

@@ -9,7 +9,8 @@
 use crate::authorities::Authorities;
 use crate::button::{self, ButtonDevice, Key};
 use crate::config_file::{ConfigError, Mistake, parse, unit};
-use crate::hours::{Brightness, Hours, Night, Zone};
+use crate::hours::{Brightness, Night, Zone};
+use crate::week::{Closed, Hours};
 use crate::wifi::{self, Country, Password, Wifi};
 use bundle::{PublicKey, UnitId};
 use screen::{Margin, OutputSettings, RequestedMode, Rotation, SignalRange};
@@ -52,6 +53,8 @@ pub struct Owner {
     pub authorities: Authorities,
     /// When the picture is lit.
     pub hours: Option<Hours>,
+    /// On which days it is not.
+    pub closed: Closed,
     /// How bright it is.
     pub brightness: Option<Brightness>,
     /// By which local time.
@@ -79,6 +82,9 @@ pub struct Owner {
     pub gateway: Option<IpAddr>,
     /// Whom it asks for names.
     pub dns: Vec<IpAddr>,
+    /// Whom it asks for the time: names or addresses.
+    #[serde(deserialize_with = "hosts")]
+    pub ntp: Vec<String>,
     /// What its Wi-Fi is called.
     wifi: Option<wifi::Name>,
     /// Its password; `None` for one that is open.
@@ -150,17 +156,22 @@ impl Owner {
     pub fn wired(&self) -> Option<String> {
         let own = self.address.map(|(address, length)| format!("DHCP=no\nAddress={address}/{length}\n"));
         let gateway = self.gateway.map(|gateway| format!("Gateway={gateway}\n"));
-        drop_in([own, gateway, self.names()])
+        drop_in([own, gateway, self.names(), self.time()])
     }
 
     /// The same of the Wi-Fi, beside `81-dreams-wifi.network`.
     pub fn wireless(&self) -> Option<String> {
-        drop_in([self.names()])
+        drop_in([self.names(), self.time()])
     }
 
     fn names(&self) -> Option<String> {
         let line = |address: &IpAddr| format!("DNS={address}\n");
         (!self.dns.is_empty()).then(|| self.dns.iter().map(line).collect())
+    }
+
+    fn time(&self) -> Option<String> {
+        let line = |host: &String| format!("NTP={host}\n");
+        (!self.ntp.is_empty()).then(|| self.ntp.iter().map(line).collect())
     }
 
     /// What it says of votes, in the same form: for `dreams-votes`, which may not read the rest. `None` if there is neither a
@@ -211,6 +222,22 @@ fn url<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     let is_address = ["http://", "https://"].iter().any(|scheme| text.starts_with(scheme) && text.len() > scheme.len());
     let wrong = || D::Error::custom(format!("`{text}` is not a valid address: it begins with `https://` or `http://`"));
     if is_address { Ok(Some(text)) } else { Err(wrong()) }
+}
+
+/// Reads a list of names or addresses of machines.
+fn hosts<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
+    let hosts = Vec::<String>::deserialize(from)?;
+    let is_label = |label: &str| {
+        let is_plain = label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
+        is_plain && (1..=63).contains(&label.len()) && !label.starts_with('-') && !label.ends_with('-')
+    };
+    let is_host = |host: &str| host.parse::<IpAddr>().is_ok() || (host.len() <= 253 && host.split('.').all(is_label));
+    match hosts.iter().find(|host| !is_host(host)) {
+        Some(wrong) => Err(D::Error::custom(format!(
+            "`{wrong}` is not a valid time server: its name or address, as in `ntp.example.org`"
+        ))),
+        None => Ok(hosts),
+    }
 }
 
 fn mode<'de, D: Deserializer<'de>>(from: D) -> Result<Option<RequestedMode>, D::Error> {
@@ -277,6 +304,7 @@ mod tests {
         let all = explained.iter().map(|(_, line)| line.as_str()).collect::<Vec<_>>().join("\n");
         let owner = read(&all).unwrap();
         assert!(owner.unit.is_some() && owner.hours.is_some() && owner.brightness.is_some() && owner.url.is_some());
+        assert!(!owner.closed.is_empty() && owner.ntp.len() == 1);
         assert_eq!((owner.keys.len(), owner.dns.len(), owner.authorities.certificates().len()), (1, 1, 1));
         assert!(owner.night.is_some() && owner.output() != OutputSettings::default());
         assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
@@ -310,6 +338,10 @@ mod tests {
             ("address = \"192.0.2.7\"", "`192.0.2.7` is not a valid address with its prefix"),
             ("address = \"192.0.2.7/33\"", "`192.0.2.7/33` is not a valid address with its prefix"),
             ("dns = [\"example.org\"]", "line 1, key `dns`"),
+            ("ntp = [\"ntp\\nDNS=192.0.2.1\"]", "line 1, key `ntp`: `ntp DNS=192.0.2.1` is not a valid time server"),
+            ("ntp = [\"-a.example.org\"]", "`-a.example.org` is not a valid time server: its name or address"),
+            ("closed = [\"Christmas\"]", "line 1, key `closed`: `Christmas` is not a valid closed day"),
+            ("closed = \"Mon\"", "line 1, key `closed`"),
             (
                 "unit = \"lobby\"\ngateway = \"192.0.2.1\"",
                 "line 2, key `gateway`: there is no `address` that it is for",
@@ -349,6 +381,8 @@ mod tests {
         assert_eq!(told("unit = \"lobby\""), [None, None]);
         let names = Some("DNS=192.0.2.53\n".to_owned());
         assert_eq!(told("dns = [\"192.0.2.53\"]"), [names.clone(), names]);
+        let time = Some("NTP=ntp.example.org\nNTP=2001:db8::123\n".to_owned());
+        assert_eq!(told("ntp = [\"ntp.example.org\", \"2001:db8::123\"]"), [time.clone(), time]);
         let fixed = "address = \"192.0.2.7/24\"\ngateway = \"192.0.2.1\"\ndns = [\"192.0.2.53\", \"2001:db8::53\"]";
         let names = "DNS=192.0.2.53\nDNS=2001:db8::53\n".to_owned();
         let wired = format!("DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\n{names}");

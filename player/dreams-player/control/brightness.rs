@@ -73,7 +73,8 @@ impl BrightnessControl {
             let owner = Owner::kept(&self.owner);
             self.output = Arc::new(owner.output());
             self.day = Day {
-                hours: owner.hours.or(self.config.hours),
+                hours: owner.hours.or_else(|| self.config.hours.clone()),
+                closed: owner.closed,
                 night: owner.night.unwrap_or(self.config.night),
                 brightness: owner.brightness.unwrap_or_else(|| self.config.brightness.clone()),
                 zone: owner.timezone.or_else(|| self.config.zone.clone()),
@@ -93,6 +94,7 @@ mod tests {
     use super::BrightnessControl;
     use player::hours::{Day, Lighting, Night};
     use player::kept::{self, Kept};
+    use player::week::Closed;
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.
@@ -107,7 +109,7 @@ mod tests {
             fs::rename(folder.path().join("new"), &owner).unwrap();
         };
         let (brightness, zone) = ("60".parse().unwrap(), Some("UTC".parse().unwrap()));
-        let config = Day { hours: None, night: Night::Off, brightness, zone };
+        let config = Day { hours: None, closed: Closed::default(), night: Night::Off, brightness, zone };
         let mut control = BrightnessControl::new(config, &owner);
         let light = |thousandths| Lighting::On { thousandths };
         assert_eq!(control.look(NOON_S), light(600));
@@ -117,6 +119,10 @@ mod tests {
         assert_eq!(control.look(NOON_S), light(300), "nine in the evening");
         keep("hours = \"20:00-23:00\"\nnight = \"black\"\nrotate = 90");
         assert_eq!((control.look(NOON_S), control.output().rotation.degrees()), (Lighting::Black, 90));
+        keep("hours = \"Sat-Tue 08:00-23:00\"");
+        assert_eq!(control.look(NOON_S), Lighting::Off, "it is Wednesday");
+        keep("closed = [2026-07-01]");
+        assert_eq!(control.look(NOON_S), Lighting::Off);
         keep("brightness = \"40\"");
         assert_eq!(control.look(NOON_S), light(400));
         keep(

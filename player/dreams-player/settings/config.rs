@@ -4,7 +4,8 @@
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
-use player::hours::{Brightness, Day, Hours, Night, Zone};
+use player::hours::{Brightness, Day, Night, Zone};
+use player::week::{Closed, Hours};
 use player::{LogLevel, MarkSocket};
 use serde::Deserialize;
 use serde::de::Deserializer;
@@ -91,7 +92,13 @@ impl Default for Config {
 impl Config {
     /// What it says about the days of the unit.
     pub(crate) fn day(&self) -> Day {
-        Day { hours: self.hours, night: self.night, brightness: self.brightness.clone(), zone: self.timezone.clone() }
+        Day {
+            hours: self.hours.clone(),
+            closed: Closed::default(),
+            night: self.night,
+            brightness: self.brightness.clone(),
+            zone: self.timezone.clone(),
+        }
     }
 }
 

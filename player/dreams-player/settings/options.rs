@@ -6,7 +6,8 @@
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
 use crate::settings::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use clap::{Parser, value_parser};
-use player::hours::{Brightness, Hours, Night, Zone};
+use player::hours::{Brightness, Night, Zone};
+use player::week::Hours;
 use player::{ConfigError, LogLevel, MarkSocket, config_file};
 use std::path::PathBuf;
 

@@ -33,7 +33,7 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
             "unit = \"lobby\"\nhours = \"8-23\"\n",
             2,
             "line 2, key `hours`",
-            "line 2: hours is two times, as \"08:00-23:00\".",
+            "line 2: hours is as \"Tue-Sun 08:00-23:00\".",
         ),
         ("hour = 1", 2, "unknown field `hour`", "line 1: unknown key hour. Did you mean hours?"),
         ("unit = \"a\"\nunit = \"b\"\n", 2, "line 2, key `unit`: duplicate key", "line 2: unit is set twice."),
