@@ -6,6 +6,7 @@ use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::owner::settings_error::has_notice;
 use crate::starts::first_start::{OFTEN, playing_unit};
+use crate::unit::stick::exfat;
 use claims::programs::{output, succeed};
 use std::fs;
 use std::path::Path;
@@ -24,8 +25,16 @@ fn stick(path: &Path, file: &str) {
     succeed(Command::new("mcopy").arg("-i").arg(path).arg(&empty).arg(format!("::{file}")));
 }
 
-/// The files on the stick after it was in the unit, and whether there was a notice.
-fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
+/// The same with exFAT, on which the file is not empty.
+fn exfat_stick(path: &Path, file: &str) {
+    let folder = path.with_extension("files");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join(file), "please").unwrap();
+    exfat::make(path, 64 << 20, &folder);
+}
+
+/// Has the unit see the stick, until it is done with it, and pulls it. Returns whether there was a notice.
+fn show(machine: &mut Machine, stick: &Path) -> bool {
     machine.plug_to_write(stick);
     let mut looks = machine.watch_while(PAUSE, IS_THROUGH);
     looks.extend(machine.watch_move(PAUSE, 5));
@@ -33,20 +42,27 @@ fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     machine.pull();
     machine.take_stick();
+    looks.iter().any(has_notice)
+}
+
+/// The files on the stick after it was in the unit, and whether there was a notice.
+fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
+    let is_told = show(machine, stick);
     // A file system that was not closed says so.
     assert_eq!(output(Command::new("fsck.vfat").arg("-n").arg(stick)).status.code(), Some(0), "it is whole");
     let listed = output(Command::new("mdir").args(["-b", "-i"]).arg(stick));
     let mut names: Vec<_> = String::from_utf8(listed.stdout).unwrap().lines().map(str::to_owned).collect();
     names.sort();
-    (names, looks.iter().any(has_notice))
+    (names, is_told)
 }
 
 #[test]
 fn a_stick_that_asks_for_the_log_gets_it_and_any_other_stays_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let [asks, other] = ["asks.img", "other.img"].map(|name| folder.path().join(name));
+    let [asks, other, exfat] = ["asks.img", "other.img", "exfat.img"].map(|name| folder.path().join(name));
     stick(&asks, "dreams-log.txt");
     stick(&other, "holiday.jpg");
+    exfat_stick(&exfat, "dreams-log");
     let before = fs::read(&other).unwrap();
     let (_unit, mut machine) = playing_unit().snapshot.wake();
     assert_eq!(put_in(&mut machine, &other), (vec!["::/holiday.jpg".to_owned()], false));
@@ -63,5 +79,12 @@ fn a_stick_that_asks_for_the_log_gets_it_and_any_other_stays_as_it_is() {
         assert!(String::from_utf8_lossy(&read).contains(wanted), "{wanted}: {}", String::from_utf8_lossy(&read));
     }
     assert!(read.iter().all(|byte| matches!(byte, b'\t' | b'\n' | b' '..=b'~')), "text, and nothing else");
+
+    show(&mut machine, &exfat);
+    succeed(Command::new("fsck.exfat").arg("-n").arg(&exfat));
+    let bytes = fs::read(&exfat).unwrap();
+    let contains = |part: &[u8]| bytes.windows(part.len()).any(|window| window == part);
+    assert!(contains(&read[..read.iter().position(|byte| *byte == b'\n').unwrap()]), "how the other log begins");
+    assert!(contains(b"a bell: , and red: [31m"), "what was logged");
     machine.is_well();
 }
