@@ -76,7 +76,7 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
-soak: ## the claims that take hours; what=walks, flames, species, breeding, studio, arm64, day, update, package, twice or fresh for one part
+soak: ## the claims that take hours; what=walks, flames, species, breeding, studio, damages, arm64, day, update, package, twice or fresh for one part
 	.ci/install play check check-all image arm64
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)

@@ -182,6 +182,7 @@ fn start_pipeline(
     let form = generation.form();
     let clip_source = ClipSource {
         source: config.flock.clone(),
+        spare: config.spare.clone(),
         generation,
         successor: Successor::default(),
         form,

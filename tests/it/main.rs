@@ -61,6 +61,7 @@ mod tools {
 }
 mod unit {
     mod boot_repair;
+    mod damages;
     mod hostname;
     mod learned_state;
     mod own_disk;

@@ -115,6 +115,20 @@ impl RunningPlayer {
         Trace::parse(&self.text[before..])
     }
 
+    /// The next line of the trace, which comes within `seconds`; `None` if the player has ended. `what` happened before.
+    pub fn line_within(&mut self, seconds: u32, what: &str) -> Option<String> {
+        let told = self.told.as_mut().expect("read to its end only by `end_within`");
+        let next = wait::line(&format!("a line of the player's trace after {what}"), seconds, told);
+        (!next.is_empty()).then_some(next)
+    }
+
+    /// Reads the lines that are there already.
+    pub fn catch_up(&mut self) {
+        let is_there =
+            |told: &BufReader<ChildStdout>| told.buffer().contains(&b'\n') || wait::is_ready(told.get_ref(), 0);
+        while self.told.as_ref().is_some_and(is_there) && self.line_within(1, "all that was there").is_some() {}
+    }
+
     /// Stops reading, and waits until the pipe is full: the player blocks in the middle of a line.
     pub fn stop_listening(&self) {
         let pipe = self.told.as_ref().expect("read to its end only by `end_within`").get_ref();

@@ -42,6 +42,8 @@ const SHORTAGE_TRIES: u32 = 600;
 pub(crate) struct ClipSource {
     /// The path of the flock to play, as configured.
     pub(crate) source: PathBuf,
+    /// The path of the flock that stands in while that one cannot be played.
+    pub(crate) spare: PathBuf,
     /// The flock that is played.
     pub(crate) generation: Generation,
     /// The flock that is to be played next, as far as it is known.

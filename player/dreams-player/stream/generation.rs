@@ -15,13 +15,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use std::{fs, io, thread};
-use timing::Rate;
+use timing::{Nanos, Rate};
 use tracing::{info, warn};
 use video::Form;
 
 /// How often, and after which pause, a manifest is looked at that is about to be written.
 const LOOKS_FOR_EDIT: u32 = 60;
 const LOOK_PAUSE: Duration = Duration::from_millis(50);
+/// How long another flock is played for one of which no clip can be, before that is tried again: storage may come back.
+const STAND_IN_NS: u64 = 600_000_000_000;
 
 /// A flock that can be played.
 #[derive(Debug)]
@@ -32,8 +34,8 @@ pub(crate) struct Generation {
     playing: Option<CurrentGeneration>,
     /// The manifest of a plain folder as it was when it was read.
     manifest: Option<ManifestFile>,
-    /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
-    awaited: Option<PathBuf>,
+    /// The flock that this one is played for; `None` if it is itself what was asked for.
+    awaited: Option<Awaited>,
     /// Its trial; `None` if it has passed.
     pub(crate) trial: Option<Arc<Trial>>,
 }
@@ -44,6 +46,15 @@ struct ManifestFile {
     /// The folder that it is in.
     folder: PathBuf,
     identity: Option<FileIdentity>,
+}
+
+/// A flock that another one is played for.
+#[derive(Debug)]
+struct Awaited {
+    /// Where it is to be.
+    path: PathBuf,
+    /// If no clip of it could be played: its manifest, and when it is tried again all the same.
+    barren: Option<(ManifestFile, Nanos)>,
 }
 
 /// Length, and the time of the last change in seconds and nanoseconds.
@@ -83,9 +94,22 @@ impl Generation {
         Self::open(path).or_else(|error| {
             let Ok(standing_in) = Self::open(spare) else { return Err(error) };
             warn!(error = chain(&error), spare = %spare.display(), "cannot read the flock, playing the spare flock");
-            // The flock that is awaited is the only one to go over to.
-            Ok(Self { awaited: Some(path.to_owned()), manifest: None, ..standing_in })
+            Ok(standing_in.for_another(Awaited { path: path.to_owned(), barren: None }))
         })
+    }
+
+    /// The flock at `spare`, for the one at `path`, of which no clip can be played `now`. `None` if it cannot be read, or
+    /// is played already.
+    pub(crate) fn standing_in(&self, path: &Path, spare: &Path, now: Nanos) -> Option<Self> {
+        let standing_in = Self::open(spare).ok().filter(|_| self.awaited.is_none())?;
+        warn!(spare = %spare.display(), "the flock cannot be played, playing the spare flock");
+        let barren = Some((ManifestFile::now(path), Nanos(now.0.saturating_add(STAND_IN_NS))));
+        Some(standing_in.for_another(Awaited { path: path.to_owned(), barren }))
+    }
+
+    /// This one, played for another, which is the only one to go over to.
+    fn for_another(self, awaited: Awaited) -> Self {
+        Self { awaited: Some(awaited), manifest: None, ..self }
     }
 
     /// The flock at `path`: a folder, or the `current` of a store. A generation on trial that no player can read, or
@@ -136,12 +160,16 @@ impl Generation {
         Form { size: self.flock.manifest().size, fps: self.flock.manifest().fps }
     }
 
-    /// Whether another flock is to be played by now.
-    pub(crate) fn is_over(&self) -> bool {
-        let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
+    /// Whether another flock is to be played `now`.
+    pub(crate) fn is_over(&self, now: Nanos) -> bool {
         self.playing.as_ref().is_some_and(CurrentGeneration::is_replaced)
             || self.manifest.as_ref().is_some_and(ManifestFile::is_replaced)
-            || self.awaited.as_ref().is_some_and(has_come)
+            || self.awaited.as_ref().is_some_and(|awaited| awaited.has_come(now))
+    }
+
+    /// Whether the store has no flock any more: this one was its first, and failed its trial.
+    pub(crate) fn is_withdrawn(&self) -> bool {
+        self.playing.as_ref().is_some_and(CurrentGeneration::is_withdrawn)
     }
 
     /// Whether `next`, which comes after it, is the same folder with pictures of another size or rate. Its clips are still the
@@ -168,6 +196,13 @@ impl Generation {
         if let Some(trial) = self.trial.take() {
             trial.lost("a clip of it is bad");
         }
+    }
+}
+
+impl Awaited {
+    fn has_come(&self, now: Nanos) -> bool {
+        let may_be_played = |(manifest, again): &(ManifestFile, Nanos)| manifest.is_replaced() || now >= *again;
+        self.path.join(flock::FILE_NAME).is_file() && self.barren.as_ref().is_none_or(may_be_played)
     }
 }
 

@@ -161,9 +161,11 @@ fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_
     assert!(text.contains("\nEnvironment=STICKS=vfat,exfat\nEnvironmentFile=-/etc/dreams/sticks.conf\n"));
     assert!(text.contains("BindsTo=dev-%i.device") && text.contains("PrivateNetwork=yes"));
     // So is what else can be pulled out and written to elsewhere.
-    for path in ["systemd/dreams-owner@.service", "image-build/system/usr/bin/dreams-log"] {
-        let options = "-t vfat -o ro,nosuid,nodev,noexec,nosymfollow,errors=remount-ro,uid=";
-        assert!(super::read(path).contains(options), "`{path}`");
+    for (path, types) in
+        [("systemd/dreams-owner@.service", "vfat"), ("image-build/system/usr/bin/dreams-log", "vfat,exfat")]
+    {
+        let options = format!("-t {types} -o ro,nosuid,nodev,noexec,nosymfollow,errors=remount-ro,uid=");
+        assert!(super::read(path).contains(&options), "`{path}`");
     }
 }
 

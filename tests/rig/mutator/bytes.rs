@@ -26,7 +26,7 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Detection) 
 }
 
 /// Makes one change to the bytes; returns what.
-pub(super) fn varied(bytes: &mut Vec<u8>, dice: &mut Dice) -> String {
+pub fn varied(bytes: &mut Vec<u8>, dice: &mut Dice) -> String {
     if bytes.is_empty() {
         bytes.push(7);
         return "a byte where none was".to_owned();

@@ -19,6 +19,7 @@ mod starts;
 mod statements;
 mod stick;
 
+pub use bytes::varied;
 pub use dice::Dice;
 pub use keys::{KeyHolder, Keys};
 pub use stick::{Good, Item, Stick};

@@ -91,6 +91,12 @@ impl CurrentGeneration {
         named.is_ok_and(|target| target != Path::new(&flock_folder(self.number)))
     }
 
+    /// Whether no generation is current by now: this one was the first, and was rejected.
+    pub fn is_withdrawn(&self) -> bool {
+        let named = std::fs::symlink_metadata(self.store.join(CURRENT));
+        named.is_err_and(|error| error.kind() == io::ErrorKind::NotFound)
+    }
+
     /// Who judges it.
     pub fn recorder(&self) -> io::Result<TrialRecorder> {
         Ok(TrialRecorder { disk: LocalDisk::open_shared(&self.store)? })

@@ -33,11 +33,7 @@ impl ClipSource {
     /// can be. Whether it did: another leg is to be drawn then.
     pub(super) fn change(&mut self, leg: &Leg) -> bool {
         self.successor.place = Some(leg.place.clone());
-        if !self.generation.is_over() {
-            self.successor = Successor { place: self.successor.place.take(), ..Successor::default() };
-            return false;
-        }
-        let Some(next) = self.awaited() else { return false };
+        let Some(next) = self.next_generation() else { return false };
         let here = match &leg.clip.what {
             ClipKind::Loop { sheep } => sheep,
             ClipKind::Transition { from, .. } => from,
@@ -50,20 +46,33 @@ impl ClipSource {
         self.go_over(next, Some(&leg.place))
     }
 
-    /// Goes over to the flock that is to be played by now, when nothing of the one at hand can be. Whether there was
-    /// another one.
+    /// Goes over to the flock that is to be played by now, or to the one that stands in, when nothing of the one at hand
+    /// can be played. Whether there was another one.
     pub(super) fn change_from_nothing(&mut self) -> bool {
-        if !self.generation.is_over() {
-            return false;
-        }
-        let Some(next) = self.awaited() else { return false };
+        let Some(next) = self.next_generation().or_else(|| self.standing_in()) else { return false };
         let place = self.successor.place.take();
         self.go_over(next, place.as_ref())
     }
 
+    /// The flock that is to be played by now instead of the one at hand, if there is another.
+    fn next_generation(&mut self) -> Option<Generation> {
+        if self.generation.is_over((self.now)()) {
+            return self.awaited();
+        }
+        if self.generation.is_withdrawn() {
+            return self.successor.generation.take().or_else(|| self.standing_in());
+        }
+        self.successor = Successor { place: self.successor.place.take(), ..Successor::default() };
+        None
+    }
+
+    fn standing_in(&self) -> Option<Generation> {
+        self.generation.standing_in(&self.source, &self.spare, (self.now)())
+    }
+
     /// The flock that is to be played by now, opened.
     fn awaited(&mut self) -> Option<Generation> {
-        if let Some(known) = self.successor.generation.take().filter(|known| !known.is_over()) {
+        if let Some(known) = self.successor.generation.take().filter(|known| !known.is_over((self.now)())) {
             return Some(known);
         }
         let is_told = self.successor.is_told;

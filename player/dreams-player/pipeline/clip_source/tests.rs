@@ -65,12 +65,18 @@ struct Work {
 }
 
 fn work(folder: &Path, clips: Option<u64>) -> Work {
+    work_by(folder, clips, || Nanos(CLOCK.load(Ordering::Relaxed)))
+}
+
+/// The same by another clock.
+fn work_by(folder: &Path, clips: Option<u64>, now: fn() -> Nanos) -> Work {
     let generation = Generation::open(folder).unwrap();
     let flock = Arc::clone(&generation.flock);
     let (tell, told) = channel();
     let plan = Arc::new(Plan::default());
     let clip_source = ClipSource {
         source: folder.to_owned(),
+        spare: folder.join("spare"),
         generation,
         successor: Successor::default(),
         form: Form { size: SIZE, fps: flock.manifest().fps },
@@ -81,7 +87,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         plan: Arc::clone(&plan),
         view: Arc::new(SharedView::default()),
         gate: Arc::new(StartGate::default()),
-        now: || Nanos(CLOCK.load(Ordering::Relaxed)),
+        now,
         strikes: Strikes::default(),
         first_frame: None,
     };
@@ -111,6 +117,12 @@ impl Work {
         let clip = self.next()?;
         self.end(frames, is_damaged);
         Some(clip)
+    }
+
+    /// The name of the flock of the next clip.
+    fn next_flock(&self) -> String {
+        self.next().expect("there is something to play");
+        self.scheduled.borrow().as_ref().unwrap().flock.manifest().name.clone()
     }
 
     /// Reports the end of the last clip ordered.
@@ -152,6 +164,32 @@ fn a_bad_clip_is_told_once_and_the_path_goes_on_around_it() {
         assert_eq!(faults.len(), 1, "{faults:?}");
         assert!(faults[0].0 == kind && faults[0].1.contains("a=b.mp4"), "{faults:?}");
     }
+}
+
+#[test]
+fn where_nothing_can_be_played_the_spare_flock_is_until_it_is_time_to_try_again() {
+    static LATER: AtomicU64 = AtomicU64::new(0);
+    let minutes = |count: u64| LATER.fetch_add(count * 60_000_000_000, Ordering::Relaxed);
+    let (own, spare) = (folder(false), folder(false));
+    let text = fs::read_to_string(spare.path().join("flock.toml")).unwrap();
+    fs::write(spare.path().join("flock.toml"), text.replace("three", "spare")).unwrap();
+    fs::rename(spare.path(), own.path().join("spare")).unwrap();
+    let clips: Vec<_> = fs::read_dir(own.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let clips = || clips.iter().filter(|path| path.extension().is_some_and(|extension| extension == "mp4"));
+    clips().for_each(|clip| fs::remove_file(clip).unwrap());
+    let work = work_by(own.path(), None, || Nanos(LATER.load(Ordering::Relaxed)));
+    assert!((0..20).all(|_| work.next_flock() == "spare"));
+    minutes(10);
+    assert!((0..20).all(|_| work.next_flock() == "spare"), "there is still nothing");
+    for clip in clips() {
+        fs::copy(own.path().join("spare").join(clip.file_name().unwrap()), clip).unwrap();
+    }
+    minutes(9);
+    assert!((0..20).all(|_| work.next_flock() == "spare"), "it is not yet time");
+    minutes(1);
+    let flocks: Vec<_> = (0..20).map(|_| work.next_flock()).collect();
+    // What was ordered before is still played.
+    assert!(flocks[2..].iter().all(|flock| flock == "three"), "{flocks:?}");
 }
 
 #[test]
