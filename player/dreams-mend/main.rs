@@ -9,6 +9,7 @@
 
 mod boot_partitions;
 mod fatal;
+mod memory;
 mod options;
 mod plan;
 mod slots;
@@ -36,11 +37,16 @@ fn mend(options: &Options) -> Result<Output<Answer>, Fatal> {
     let boots = Boots::new(&options.boot, options.spare.as_deref(), &options.loader);
     boots.sweep()?;
     boots.mend_loaders(&mut answer)?;
-    boots.apply(plan::entries(&boots.read()?, boots.count()), &mut answer)?;
+    let entries = boots.read()?;
+    let left = plan::left(&entries, &options.running);
+    boots.apply(plan::entries(&entries, boots.count()), &mut answer)?;
     if options.look == Look::All {
         mend_slots(options, &boots, &mut answer)?;
     }
     fatal::tell_people(&answer, options.notice.as_deref());
+    if let Some(path) = &options.rollback {
+        memory::remember(left.as_ref(), &options.running, path, options.notice.as_deref());
+    }
     Ok(Output { answer, json: options.json })
 }
 

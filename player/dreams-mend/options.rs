@@ -45,9 +45,12 @@ pub(crate) struct Options {
     /// The version of the system that runs, which is a good one
     #[arg(long, value_name = "VERSION", value_parser = Version::parse)]
     pub(crate) running: Version,
-    /// Tell people in front of the picture, through this file, if something was damaged
+    /// Tell people in front of the picture, through this file, if something was damaged, or a newer system was left
     #[arg(long, alias = "card", value_name = "FILE")]
     pub(crate) notice: Option<PathBuf>,
+    /// Remember in this file which newer system this unit has left, and why
+    #[arg(long, value_name = "FILE")]
+    pub(crate) rollback: Option<PathBuf>,
     /// Answer with one JSON document
     #[arg(long)]
     pub(crate) json: bool,

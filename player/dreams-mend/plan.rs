@@ -7,6 +7,7 @@
 //! Start at [`entries`].
 
 use bundle::{COPIES, StartFile, Version};
+use player::Rollback;
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -68,6 +69,12 @@ impl EntryName {
         !matches!(left, "" | "0") && self.count != ARMED
     }
 
+    /// How often the boot loader has started it in vain, if it has no tries left.
+    fn vain(&self) -> Option<u32> {
+        let (left, done) = self.count.split_once('-').unwrap_or((&self.count, "0"));
+        done.parse().ok().filter(|_| left == "0")
+    }
+
     /// The same entry for another copy.
     fn of_copy(&self, copy: u8) -> Self {
         Self { copy, ..self.clone() }
@@ -120,6 +127,43 @@ pub(crate) fn entries(entries: &[Entry], boots: usize) -> Vec<Step> {
     steps
 }
 
+/// The newest system above the `running` one that has had its chance, and why it does not run: no entry of it is whole and
+/// has a try left. The `running` one has shown its hundred frames.
+pub(crate) fn left(entries: &[Entry], running: &Version) -> Option<Rollback> {
+    let newest = entries.iter().map(|entry| &entry.name().version).max().filter(|version| *version > running)?;
+    let of_it = || entries.iter().filter(|entry| entry.is_of(newest));
+    if of_it().any(|entry| entry.is_whole() && entry.name().vain().is_none()) {
+        return None;
+    }
+    let reason = match of_it().filter(|entry| entry.is_whole()).find_map(|entry| entry.name().vain()) {
+        None => Why::Damaged,
+        // `init` writes this where it gives way to the other system.
+        Some(0 | 1) => Why::GaveWay,
+        Some(starts) => Why::Starts(starts),
+    };
+    Some(Rollback { from: newest.to_string(), why: why(newest, reason) })
+}
+
+/// Why a system was left.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Why {
+    /// No copy of the files that start it is whole.
+    Damaged,
+    /// `init` found no sound root for it, or has started it five times.
+    GaveWay,
+    /// The boot loader has started it so often.
+    Starts(u32),
+}
+
+/// The same in a sentence.
+pub(crate) fn why(version: &Version, why: Why) -> String {
+    match why {
+        Why::Damaged => format!("The files that start system {version} are damaged."),
+        Why::GaveWay => format!("System {version} failed to start, or to show a hundred frames in 5 starts."),
+        Why::Starts(starts) => format!("System {version} did not show a hundred frames in {starts} starts."),
+    }
+}
+
 /// Entries for whose system there is no whole root, of which `kept` are the versions, go.
 pub(crate) fn without_roots(entries: &[Entry], kept: &BTreeSet<Version>) -> Vec<Step> {
     let lost = entries.iter().filter(|entry| !kept.contains(&entry.name().version));
@@ -146,7 +190,7 @@ fn copied(source: &Entry, to: Place, was_damaged: bool) -> Step {
 
 #[cfg(test)]
 mod tests {
-    use super::{Entry, EntryName, Place, Step, entries, shared, without_roots};
+    use super::{Entry, EntryName, Place, Step, entries, left, shared, without_roots};
     use bundle::{StartFile, Version};
     use std::collections::BTreeSet;
 
@@ -234,6 +278,30 @@ mod tests {
             renamed(1, "dreams_1_2+1.conf", two)
         }];
         assert_eq!(entries(&gave_way, 2), all);
+    }
+
+    #[test]
+    fn a_newer_system_was_left_if_nothing_of_it_is_whole_and_has_a_try_left() {
+        let running = Version::parse("1").unwrap();
+        let why = |new: &[(&str, bool)]| {
+            let new = new.iter().map(|(name, is_whole)| entry(0, name, *is_whole));
+            let there: Vec<_> = everywhere("1").into_iter().chain(new).collect();
+            left(&there, &running).map(|left| format!("{}: {}", left.from, left.why))
+        };
+        let is = |said: &str| Some(said.to_owned());
+        assert_eq!(why(&[("dreams_2_1+0-3.conf", true)]), is("2: System 2 did not show a hundred frames in 3 starts."));
+        let gave_way = is("2: System 2 failed to start, or to show a hundred frames in 5 starts.");
+        assert_eq!(why(&[("dreams_2_1+0-1.conf", true), ("dreams_2_2+0-1.conf", true)]), gave_way);
+        assert_eq!(why(&[("dreams_2_1+2-1.conf", false)]), is("2: The files that start system 2 are damaged."));
+        for there in [
+            &[][..],
+            &[("dreams_2_1+3.conf", true)],
+            &[("dreams_2_1+1-2.conf", true)],
+            &[("dreams_2_1+0-1.conf", true), ("dreams_2_2+1.conf", true)],
+            &[("dreams_0.9_1+0-3.conf", true)],
+        ] {
+            assert_eq!(why(there), None, "{there:?}");
+        }
     }
 
     #[test]

@@ -107,8 +107,13 @@ impl UnitFiles {
     }
 
     fn command(&self, look: &str) -> Command {
+        self.command_of("0.2.0", look)
+    }
+
+    /// The check while this version runs.
+    fn command_of(&self, running: &str, look: &str) -> Command {
         let mut command = Command::new(programs::mender());
-        command.args([look, "--json", "--running", "0.2.0"]);
+        command.args([look, "--json", "--running", running]);
         for (option, name) in [("--boot", "boot"), ("--spare", "spare"), ("--slot", "a"), ("--slot", "b")] {
             command.arg(option).arg(self.at(name));
         }
@@ -263,6 +268,48 @@ fn a_system_on_trial_has_no_other_copy_until_it_is_good() {
     fs::rename(name("boot", "dreams_0.1.0_1+1.conf"), name("boot", "dreams_0.1.0_1+0-1.conf")).unwrap();
     unit_files.looks("boot", 0);
     assert!(!name("spare", "dreams_0.1.0_2+1.conf").exists() && name("spare", "dreams_0.1.0_2+0-1.conf").exists());
+}
+
+#[test]
+fn a_system_that_was_left_is_remembered_with_the_reason_and_people_are_told_once() {
+    let unit_files = UnitFiles::new();
+    let (memory, notice) = (unit_files.at("rollback"), unit_files.at("notice"));
+    let look = |running: &str| {
+        fs::remove_file(&notice).ok();
+        let said = output(unit_files.command_of(running, "boot").arg("--rollback").arg(&memory));
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        let read =
+            |path: &Path| fs::read(path).ok().map(|text| serde_json::from_slice::<serde_json::Value>(&text).unwrap());
+        (read(&memory), read(&notice).map(|notice| notice["text"].as_str().unwrap().to_owned()))
+    };
+    let renamed = |from: &str, to: &str| {
+        for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
+            let name = |tries| unit_files.at(boot).join(ENTRIES).join(format!("dreams_0.2.0_{copy}+{tries}.conf"));
+            fs::rename(name(from), name(to)).unwrap();
+        }
+    };
+    assert_eq!(look("0.2.0"), (None, None), "the newest system runs");
+    assert_eq!(look("0.1.0"), (None, None), "the newer one is to be started");
+
+    renamed("1", "0-3");
+    let why = "System 0.2.0 did not show a hundred frames in 3 starts.";
+    let left = Some(serde_json::json!({ "from": "0.2.0", "why": why }));
+    assert_eq!(look("0.1.0"), (left.clone(), Some(format!("{why} 0.1.0 runs again."))));
+    assert_eq!(look("0.1.0"), (left.clone(), None), "people know");
+    fs::remove_file(&memory).unwrap();
+    fs::create_dir(&memory).unwrap();
+    fs::remove_file(&notice).ok();
+    let said = output(unit_files.command_of("0.1.0", "boot").arg("--rollback").arg(&memory));
+    assert_eq!((said.status.code(), notice.exists()), (Some(0), false), "what cannot be remembered stops nothing");
+    fs::remove_dir(&memory).unwrap();
+
+    renamed("0-3", "0-1");
+    let (left, told) = look("0.1.0");
+    let told = told.expect("it is new to this unit");
+    assert!(left.is_some() && told.contains("failed to start") && told.ends_with("0.1.0 runs again."), "{told}");
+    renamed("0-1", "1");
+    assert_eq!(look("0.1.0"), (left, None), "until it runs");
+    assert_eq!(look("0.2.0"), (None, None), "it runs after all");
 }
 
 #[test]
