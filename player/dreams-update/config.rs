@@ -44,6 +44,7 @@ pub(crate) struct Config {
     pub(crate) report_to: Option<String>,
     pub(crate) votes: Option<PathBuf>,
     pub(crate) status: String,
+    pub(crate) machine: PathBuf,
     pub(crate) log: LogLevel,
 }
 
@@ -67,6 +68,7 @@ impl Default for Config {
             report_to: None,
             votes: None,
             status: "127.0.0.1:7180".to_owned(),
+            machine: "/".into(),
             log: LogLevel(tracing::Level::INFO),
         }
     }

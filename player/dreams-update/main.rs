@@ -9,6 +9,7 @@ mod config;
 mod fatal;
 mod fetch;
 mod http_source;
+mod machine;
 mod meter;
 mod network_error;
 mod options;

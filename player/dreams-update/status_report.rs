@@ -1,8 +1,7 @@
 //! The status report that a unit sends to an address, if its config has one (`report_to`).
 //!
-//! Owns the document: the unit's name, the result of the update run, the player's status document, and if its config says so
-//! the votes of the people before it. It is sent once
-//! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit that does
+//! Owns the document: the unit's name, the result of the update run, the state of the machine, the player's status document,
+//! and if its config says so the votes of the people before it. It is sent once after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit that does
 //! not know the time: it could not fully check the certificate.
 //!
 //! Start at [`send`].
@@ -10,6 +9,7 @@
 use crate::answer::Answer;
 use crate::fatal::Fatal;
 use crate::http_source::{SMALL, agent};
+use crate::machine::Machine;
 use crate::network_error::of_request;
 use crate::options::Order;
 use diagnostics::chain;
@@ -35,6 +35,7 @@ struct StatusReport<'b> {
     update: Option<&'b Answer>,
     /// Why it failed.
     error: Option<String>,
+    machine: Machine,
     /// The player's; none if it does not answer.
     status: Option<Value>,
     /// The totals of the votes; none where the config has no `votes`, or none were counted.
@@ -55,6 +56,7 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
                 unit: order.unit.as_str(),
                 update: ended.ok(),
                 error: ended.err().map(|fatal| chain(fatal)),
+                machine: Machine::of(order, address),
                 status: status(order),
                 votes: order.config.votes.as_deref().and_then(votes),
             };

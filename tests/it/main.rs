@@ -72,6 +72,7 @@ mod updates {
     mod certificates;
     mod http;
     mod interruptions;
+    mod machine_report;
     mod memory_limits;
     mod mutants;
     mod old_formats;
