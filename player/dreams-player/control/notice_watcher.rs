@@ -1,15 +1,16 @@
 //! The notice watcher: a thread that looks for notices, and how long they are shown.
 //!
 //! Owns their order and duration. A short notice goes when its file is removed, and a minute after it was last written. A
-//! [`Lasting`] one is shown whenever there is no short one, until its file is removed; after these comes what the display
-//! does not do as its owner has set it. The flip thread never waits for it. Never writes a notice: the updater,
+//! [`Lasting`] one is shown whenever there is no short one, until its file is removed; after these comes, once
+//! and for a minute, that the player is too slow, and then what the display does not do as its owner has set it. The flip
+//! thread never waits for it. Never writes a notice: the updater,
 //! `dreams-owner` and `dreams-mend` do.
 //!
 //! Start at [`NoticeWatcher::start`].
 
 use crate::control::notice_pane::NoticePane;
 use crate::control::pane::{Overlay, Pane};
-use crate::recording::SharedView;
+use crate::recording::{Faults, Kind, SharedView, Slowness};
 use player::{FileVersion, Lasting, Notice, ThreadError, threads};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,6 +20,10 @@ use timing::Nanos;
 
 /// The time between two looks.
 const OFTEN: Duration = Duration::from_millis(500);
+/// What people read once if frames are late all the time.
+const TOO_SLOW: &str = "This frame is too slow for this flock: the picture moves unevenly.";
+/// The same for the log.
+const LATE: &str = "frames are late all the time: this computer is too slow for the flock, or other programs use it";
 /// How long a short notice is shown, if it is not written again.
 const SHOWN: Duration = Duration::from_mins(1);
 
@@ -41,6 +46,8 @@ pub(crate) struct NoticeWatcher {
     known: Option<FileVersion>,
     /// When that was first seen; `None` if it is not shown any more.
     since: Option<Nanos>,
+    /// When the player was first found to be too slow.
+    slow: Option<Nanos>,
     /// What is shown, and the size of the pictures that it is laid over.
     shown: Option<(Source, (u32, u32))>,
 }
@@ -50,6 +57,8 @@ pub(crate) struct NoticeWatcher {
 enum Source {
     /// A file, and its version.
     File(PathBuf, FileVersion),
+    /// The player itself.
+    Player,
     /// The display itself.
     Display(String),
 }
@@ -59,7 +68,13 @@ impl NoticeWatcher {
     pub(crate) fn new(path: &Path, clock_s: u64) -> Self {
         let is_old =
             |file: &FileVersion| u64::try_from(file.written_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
-        Self { path: path.to_owned(), known: FileVersion::of(path).filter(is_old), since: None, shown: None }
+        Self {
+            path: path.to_owned(),
+            known: FileVersion::of(path).filter(is_old),
+            since: None,
+            slow: None,
+            shown: None,
+        }
     }
 
     /// Starts the thread, which puts what it finds into `overlay` for as long as the process lives.
@@ -67,10 +82,19 @@ impl NoticeWatcher {
         mut self,
         view: Arc<SharedView>,
         overlay: Arc<Overlay>,
+        faults: Faults,
         now: fn() -> Nanos,
     ) -> Result<(), ThreadError> {
         let work = move || {
+            let mut slowness = Slowness::default();
             loop {
+                let (tally, refresh) = view.tally_and_refresh();
+                let is_slow = slowness.look(tally, refresh, now());
+                view.slow(is_slow);
+                if is_slow {
+                    faults.once(Kind::TooSlow, "", LATE.to_owned());
+                    self.slow.get_or_insert_with(now);
+                }
                 let (size, notes) = view.size_and_notes();
                 match self.look(size, notes, now()) {
                     Change::None => {}
@@ -87,12 +111,18 @@ impl NoticeWatcher {
     fn look(&mut self, size: Option<(u32, u32)>, notes: Vec<String>, now: Nanos) -> Change {
         let Some(size) = size else { return Change::None };
         let display = || notes.into_iter().next().map(Source::Display);
-        let wanted = self.short(now).or_else(|| self.lasting()).or_else(display).map(|source| (source, size));
+        let wanted = self
+            .short(now)
+            .or_else(|| self.lasting())
+            .or_else(|| self.slow(now))
+            .or_else(display)
+            .map(|source| (source, size));
         if wanted == self.shown {
             return Change::None;
         }
         let notice = |source: &Source| match source {
             Source::File(path, _) => Notice::read(path),
+            Source::Player => Some(Notice { text: TOO_SLOW.to_owned(), thousandths: None }),
             Source::Display(text) => Some(Notice { text: text.clone(), thousandths: None }),
         };
         let drawn = |source: &Source| notice(source).and_then(|notice| NoticePane::draw(&notice, size));
@@ -111,6 +141,11 @@ impl NoticeWatcher {
         self.since.and(found).map(|version| Source::File(self.path.clone(), version))
     }
 
+    /// That the player is too slow, if it was found less than a minute before `now`.
+    fn slow(&self, now: Nanos) -> Option<Source> {
+        self.slow.filter(|since| u128::from(now.since(*since)) < SHOWN.as_nanos()).map(|_| Source::Player)
+    }
+
     /// The most urgent lasting notice.
     fn lasting(&self) -> Option<Source> {
         let mut paths = Lasting::ALL.into_iter().map(|cause| cause.path(&self.path));
@@ -120,7 +155,7 @@ impl NoticeWatcher {
 
 #[cfg(test)]
 mod tests {
-    use super::{Change, NoticeWatcher, SHOWN};
+    use super::{Change, NoticeWatcher, SHOWN, TOO_SLOW};
     use player::{Lasting, Notice};
     use timing::Nanos;
 
@@ -172,6 +207,7 @@ mod tests {
         assert_eq!(watcher.look(larger, vec![], Nanos(8 + minute)), Change::Clear, "it was taken back");
         assert_eq!(watcher.look(larger, vec![], Nanos(9 + minute)), Change::None);
     }
+
     #[test]
     fn what_is_wrong_is_shown_until_it_is_taken_back_and_again_after_what_is_told_for_a_moment() {
         let folder = tempfile::tempdir().unwrap();
@@ -195,6 +231,26 @@ mod tests {
         assert_eq!(watcher.look(SIZE, vec![], Nanos(101 * minute + 3)), Change::Clear);
         Lasting::Settings.take_back(&path).expect("nothing is left to take back");
         assert_eq!(watcher.look(SIZE, vec![], Nanos(101 * minute + 4)), Change::None);
+    }
+
+    #[test]
+    fn a_player_that_is_too_slow_says_so_once_for_a_minute_where_nothing_is_more_urgent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notice");
+        let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
+        let mut watcher = NoticeWatcher::new(&path, u64::MAX);
+        watcher.slow = Some(Nanos(7));
+        let slow = watcher.look(SIZE, vec!["There is no connector DP-9.".to_owned()], Nanos(7));
+        assert!(matches!(slow, Change::Show(Some(_))));
+        Notice { text: "dreams.toml is wrong.".to_owned(), thousandths: None }
+            .tell(&Lasting::Settings.path(&path))
+            .unwrap();
+        assert!(matches!(watcher.look(SIZE, vec![], Nanos(8)), Change::Show(Some(_))));
+        Lasting::Settings.take_back(&path).unwrap();
+        assert_eq!(watcher.look(SIZE, vec![], Nanos(9)), slow);
+        assert_eq!(watcher.look(SIZE, vec![], Nanos(7 + minute)), Change::Clear);
+        let notice = Notice { text: TOO_SLOW.to_owned(), thousandths: None };
+        assert_eq!(notice.lines(Notice::LARGE_LINE).join(" "), TOO_SLOW, "it has room in large letters");
     }
 
     #[test]

@@ -20,6 +20,8 @@ pub(crate) enum Kind {
     Place,
     /// The screen went away, or repaired itself.
     Screen,
+    /// Frames are late all the time.
+    TooSlow,
     /// A clip has not the flock's form.
     WrongClip,
 }
@@ -33,6 +35,7 @@ impl Kind {
             Self::MissingClip => "missing-clip",
             Self::Place => "place",
             Self::Screen => "screen",
+            Self::TooSlow => "too-slow",
             Self::WrongClip => "wrong-clip",
         }
     }

@@ -8,6 +8,7 @@ mod faults;
 mod place_saver;
 mod place_store;
 mod recorder;
+mod slowness;
 mod trace;
 mod view;
 
@@ -15,4 +16,5 @@ pub(crate) use faults::{Fault, Faults, Kind};
 pub(crate) use place_saver::PlaceSaver;
 pub(crate) use place_store::{PlaceStore, saved_place};
 pub(crate) use recorder::{Record, Recorder, Trace};
+pub(crate) use slowness::Slowness;
 pub(crate) use view::{LitClip, SharedView, Tally, View};

@@ -8,7 +8,7 @@ use player::hold;
 use screen::ScreenInfo;
 use serde::Serialize;
 use std::sync::{Arc, Mutex};
-use timing::Nanos;
+use timing::{Nanos, Rate};
 
 /// The counters of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -38,6 +38,8 @@ pub(crate) struct View {
     pub(crate) clips: [LitClip; 2],
     /// The run so far.
     pub(crate) tally: Tally,
+    /// Whether frames are late all the time.
+    pub(crate) is_slow: bool,
 }
 
 /// A clip that is lit, or was.
@@ -92,6 +94,17 @@ impl SharedView {
         let picture = view.shown.as_ref().map(|shown| shown.pixels.picture());
         let notes = view.lit.as_ref().map_or_else(Vec::new, |lit| lit.notes.clone());
         (picture.map(|picture| (picture.width, picture.height)), notes)
+    }
+
+    /// The counters, and how many vblanks per second the screen has; `None` while it is away.
+    pub(crate) fn tally_and_refresh(&self) -> (Tally, Option<Rate>) {
+        let view = hold(&self.0);
+        (view.tally, view.lit.as_ref().map(|lit| lit.refresh))
+    }
+
+    /// Sets whether frames are late all the time.
+    pub(crate) fn slow(&self, is_slow: bool) {
+        hold(&self.0).is_slow = is_slow;
     }
 
     /// What is on the screen.

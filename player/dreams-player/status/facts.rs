@@ -9,6 +9,7 @@ use crate::stream::Plan;
 use flock::{ClipKind, Flock, Itinerary};
 use serde::Serialize;
 use std::sync::Arc;
+use timing::Rate;
 
 /// Nanoseconds of a millisecond.
 const NS_PER_MS: u64 = 1_000_000;
@@ -29,6 +30,8 @@ pub(crate) struct Facts {
     pub(crate) uptime_s: u64,
     #[serde(flatten)]
     pub(crate) tally: Tally,
+    /// Whether frames are late all the time: this computer does not keep up with the flock.
+    pub(crate) too_slow: bool,
     pub(crate) faults: u64,
     /// The latest faults, oldest first.
     pub(crate) latest_faults: Vec<FaultFacts>,
@@ -47,6 +50,8 @@ pub(crate) struct ScreenFacts {
     pub(crate) name: String,
     pub(crate) mode: String,
     pub(crate) format: String,
+    /// Vblanks per second, in thousandths.
+    pub(crate) refresh_mhz: u64,
     /// What people on site are to be told of it.
     pub(crate) notes: Vec<String>,
 }
@@ -146,6 +151,7 @@ impl Facts {
             name: lit.screen.clone(),
             mode: lit.mode.clone(),
             format: lit.format.clone(),
+            refresh_mhz: per_thousand_s(lit.refresh),
             notes: lit.notes.clone(),
         });
         let next =
@@ -160,6 +166,7 @@ impl Facts {
             next,
             uptime_s: uptime_ns / 1_000_000_000,
             tally: view.tally,
+            too_slow: view.is_slow,
             faults: faults.count(),
             latest_faults: latest.map(|f| FaultFacts { kind: f.kind.name(), message: f.message }).collect(),
             generation: None,
@@ -168,6 +175,12 @@ impl Facts {
             sheep: itinerary.map_or_else(Vec::new, |itinerary| sheep(&itinerary)),
         }
     }
+}
+
+/// How often something happens in a thousand seconds, to the nearest.
+fn per_thousand_s(rate: Rate) -> u64 {
+    let (num, den) = (u64::from(rate.num()), u64::from(rate.den()));
+    (num * 1_000 + den / 2) / den
 }
 
 fn sheep(itinerary: &Itinerary) -> Vec<SheepFacts> {

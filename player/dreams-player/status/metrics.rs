@@ -31,6 +31,8 @@ pub(crate) fn text(facts: &Facts) -> String {
     line(&mut text, "uptime_seconds", &[], facts.uptime_s);
     family(&mut text, "screen_lit", "gauge", "1 while there is a screen, 0 while it is away.");
     line(&mut text, "screen_lit", &[], u8::from(facts.screen.is_some()));
+    family(&mut text, "too_slow", "gauge", "1 while frames are late all the time, else 0.");
+    line(&mut text, "too_slow", &[], u8::from(facts.too_slow));
     family(&mut text, "clip", "info", "The clip on the glass.");
     if let Some(glass) = &facts.showing.glass {
         line(&mut text, "clip_info", &[("clip", &glass.clip)], 1);
@@ -76,6 +78,7 @@ mod tests {
             next: None,
             uptime_s: 60,
             tally: Tally { flips: 1_800, late: 2, repeated: 0, skipped: 0, joins: 4 },
+            too_slow: true,
             faults: 1,
             latest_faults: Vec::new(),
             path: None,
@@ -90,6 +93,7 @@ mod tests {
             "dreams_flips_total 1800",
             "dreams_late_total 2",
             "dreams_screen_lit 0",
+            "dreams_too_slow 1",
             "dreams_clip_info{clip=\"a \\\"b\\\".mp4\"} 1",
             "dreams_visits_share{sheep=\"a\"} 0.25",
             "dreams_due_share{sheep=\"a\"} 0.5",
