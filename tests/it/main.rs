@@ -42,6 +42,7 @@ mod tools {
     mod credits;
     pub(crate) mod curation;
     mod farm;
+    mod fleet;
     mod guides;
     mod import;
     mod import_archive;

@@ -16,6 +16,7 @@ pub mod bundle_maker;
 pub mod clips;
 pub mod cuts;
 pub mod editions;
+pub mod fleet;
 pub mod flocks;
 pub mod mutator;
 pub mod owner;

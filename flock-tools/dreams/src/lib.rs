@@ -1,6 +1,6 @@
 //! The artist's command line, in two programs.
 //!
-//! Owns the list of subcommands. Never does their work: `commands` and `studio` do. `dreams` is linked without ffmpeg, which
+//! Owns the list of subcommands. Never does their work: `commands`, `studio` and `fleet` do. `dreams` is linked without ffmpeg, which
 //! takes longer to load than most commands to answer. Where a command opens clips, `dreams` hands over to `dreams-video`,
 //! which has the same commands and ffmpeg; `operations::decoder` is the line between the two.
 //!
@@ -45,6 +45,7 @@ enum Command {
     Drop(curate::drop::Args),
     Elect(breeding::elect::Args),
     Family(breeding::family::Args),
+    Fleet(fleet::Args),
     Import(import::Args),
     Keygen(bundles::keygen::Args),
     Link(curate::link::Args),
@@ -123,6 +124,7 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::Drop(args) => curate::drop::run(&args),
         Command::Elect(args) => breeding::elect::run(&args),
         Command::Family(args) => breeding::family::run(&args),
+        Command::Fleet(args) => fleet::run(&args),
         Command::Import(args) => (part()?.import)(&args),
         Command::Keygen(args) => bundles::keygen::run(&args),
         Command::Link(args) => curate::link::run(&args, decoder),

@@ -20,6 +20,7 @@ const DOCUMENTS: &[&str] = &[
     "CHANGELOG.md",
     "docs/credits.md",
     "docs/farm.md",
+    "docs/fleet.md",
     "docs/genomes.md",
     "docs/hardware.md",
     "docs/invariants.md",

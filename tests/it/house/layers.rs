@@ -27,6 +27,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("operations", 3),
     ("commands", 4),
     ("studio", 4),
+    ("fleet", 4),
     ("dreams", 5),
     ("player", 5),
     ("claims", 6),
