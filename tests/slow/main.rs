@@ -44,6 +44,7 @@ mod studio {
 }
 mod tools {
     mod cluster;
+    mod fleet;
     mod report;
     mod report_sentences;
 }

@@ -116,7 +116,9 @@ fn row(view: &UnitView, picture: Option<String>) -> String {
     ];
     let cell = |(head, text): (&str, String)| format!("<td data-head=\"{head}\"><div>{text}</div></td>\n");
     let cells: String = cells.into_iter().map(cell).collect();
-    format!("<tr id=\"unit-{name}\" class=\"{class}\">\n<th scope=\"row\">{name}{address}</th>\n{cells}</tr>\n")
+    format!(
+        "<tr id=\"unit-{name}\" class=\"{class}\" tabindex=\"-1\">\n<th scope=\"row\">{name}{address}</th>\n{cells}</tr>\n"
+    )
 }
 
 /// What is wrong, each with what to do; then the remarks.
