@@ -79,6 +79,8 @@ pub(crate) struct Order {
     pub(crate) source: Option<String>,
     pub(crate) consent: Consent,
     pub(crate) schedule: Option<PathBuf>,
+    /// Seconds between two status reports; `None` for one after each look.
+    pub(crate) report_every_s: Option<u64>,
     /// The slot that a system is to be written to, and where the boot loader finds what to start.
     pub(crate) slot: Option<(PathBuf, PathBuf)>,
     pub(crate) scrub: bool,
@@ -121,6 +123,7 @@ impl Options {
             source,
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },
             schedule: self.schedule,
+            report_every_s: owner.report_every.map(|minutes| minutes * 60),
             slot,
             scrub: self.scrub,
             notice: self.notice,

@@ -1,6 +1,7 @@
-//! When a unit looks for updates by itself.
+//! When a unit looks for updates by itself, and when it reports.
 //!
-//! Owns the interval, its jitter, the patience after failures, and the hours in which it may be. Time is counted from the
+//! Owns the interval, its jitter, the patience after failures, the hours in which it may be, and the times of reports where
+//! they have their own. Time is counted from the
 //! machine's start, so that no clock need be right; the hours are kept only where the time is known. Pure, but for the
 //! small file that remembers until the next start when the next look is due.
 //!
@@ -15,7 +16,9 @@ use std::str::FromStr;
 /// The first wait after a failure, in seconds; it doubles with each further one.
 const AGAIN_S: u64 = 60;
 /// The most that its file may have, in bytes.
-const LARGEST: u64 = 1 << 10;
+const LARGEST: u64 = 8 << 10;
+/// The most characters of an error in it.
+const LONGEST_ERROR: usize = 1_000;
 
 /// Hours of the day, in UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -35,6 +38,12 @@ pub(crate) struct Schedule {
     due_s: u64,
     /// Failures in a row.
     failures: u32,
+    /// Seconds since the start of the machine at which the next report is due, where reports have times of their own.
+    #[serde(default)]
+    report_due_s: u64,
+    /// Why the last look failed.
+    #[serde(default)]
+    error: Option<String>,
 }
 
 impl Schedule {
@@ -69,7 +78,29 @@ impl Schedule {
             every_s
         };
         let jittered = wait_s as f64 * (0.75 + 0.5 * chance);
-        Self { due_s: up_s.saturating_add(jittered as u64), failures }
+        Self { due_s: up_s.saturating_add(jittered as u64), failures, ..self.clone() }
+    }
+
+    /// The same after a look that ended with `error`, for the reports until the next one.
+    #[must_use]
+    pub(crate) fn with_error(self, error: Option<&str>) -> Self {
+        Self { error: error.map(|error| error.chars().take(LONGEST_ERROR).collect()), ..self }
+    }
+
+    /// Why the last look failed.
+    pub(crate) fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+
+    /// Whether to report now, `up_s` seconds after the machine's start, where reports have times of their own.
+    pub(crate) fn is_report_due(&self, up_s: u64) -> bool {
+        up_s >= self.report_due_s
+    }
+
+    /// After a report at `up_s`: the next one is due `every_s` later.
+    #[must_use]
+    pub(crate) fn reported(self, up_s: u64, every_s: u64) -> Self {
+        Self { report_due_s: up_s.saturating_add(every_s), ..self }
     }
 }
 
@@ -145,13 +176,27 @@ mod tests {
     }
 
     #[test]
+    fn reports_have_times_of_their_own_and_know_how_the_last_look_ended() {
+        let schedule = Schedule::default();
+        assert!(schedule.is_report_due(0), "at once after the start");
+        let next = schedule.reported(100, HOUR).with_error(Some(&"x".repeat(5_000)));
+        assert!(!next.is_report_due(99 + HOUR) && next.is_report_due(100 + HOUR));
+        let later = next.after(false, 200, 6 * HOUR, 0.5);
+        assert!(!later.is_report_due(99 + HOUR) && later.is_report_due(100 + HOUR), "whenever it looks");
+        assert_eq!(later.error().map(str::len), Some(1_000));
+        assert_eq!(later.with_error(None).error(), None);
+    }
+
+    #[test]
     fn what_is_remembered_is_read_and_rubbish_is_forgotten() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("schedule");
         assert_eq!(Schedule::read(&path), Schedule::default());
-        let schedule = Schedule::default().after(true, 7, HOUR, 0.5);
+        let schedule = Schedule::default().after(true, 7, HOUR, 0.5).with_error(Some(&"\u{1}".repeat(1_000)));
         schedule.write(&path).unwrap();
         assert_eq!(Schedule::read(&path), schedule);
+        std::fs::write(&path, "{\"due_s\": 7, \"failures\": 0}").unwrap();
+        assert!(!Schedule::read(&path).is_due(6, None, None), "that of the program before");
         std::fs::write(&path, "rubbish").unwrap();
         assert_eq!(Schedule::read(&path), Schedule::default());
     }

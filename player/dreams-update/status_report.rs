@@ -1,13 +1,14 @@
 //! The status report that a unit sends to an address, if its config has one (`report_to`).
 //!
-//! Owns the document: the unit's name, the result of the update run, the state of the machine, the player's status document,
-//! and if its config says so the votes of the people before it. It is sent once after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit that does
+//! Owns the document: the unit's name, the result of the update run, the state of the machine, the player's status
+//! document, and if its config says so the votes of the people before it. It is sent once after each run on the schedule,
+//! or as often as the owner says (`report_every`); if it does not arrive nothing else changes. Never sent over TLS by a
+//! unit that does
 //! not know the time: it could not fully check the certificate.
 //!
 //! Start at [`send`].
 
 use crate::answer::Answer;
-use crate::fatal::Fatal;
 use crate::http_source::{SMALL, agent};
 use crate::machine::Machine;
 use crate::network_error::of_request;
@@ -43,8 +44,8 @@ struct StatusReport<'b> {
     votes: Option<Totals>,
 }
 
-/// Sends the report, after an update run that ended so.
-pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
+/// Sends the report: of an update run that gave this answer, or why the last one failed, if it did.
+pub(crate) fn send(order: &Order, ended: Result<&Answer, Option<String>>) {
     let Some(address) = &order.config.report_to else { return };
     let is_time_known = order.clock.read().known_s().is_some();
     if !is_time_known && address.starts_with("https://") {
@@ -54,8 +55,8 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
         agent(address, order.config.proxy.as_deref(), order.judgement()).map_err(io::Error::other).and_then(|agent| {
             let report = StatusReport {
                 unit: order.unit.as_str(),
-                update: ended.ok(),
-                error: ended.err().map(|fatal| chain(fatal)),
+                update: ended.as_ref().ok().copied(),
+                error: ended.err().flatten(),
                 machine: Machine::of(order, address),
                 status: status(order),
                 votes: order.config.votes.as_deref().and_then(votes),

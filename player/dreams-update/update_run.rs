@@ -60,16 +60,39 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let is_idle = order.source.is_none() && order.config.report_to.is_none();
     let clock = order.clock.read();
     if is_idle || !schedule.is_due(clock.up_s, clock.known_s(), order.config.window) {
+        if order.report_every_s.is_some() && schedule.is_report_due(clock.up_s) {
+            let error = schedule.error().map(str::to_owned);
+            save_schedule(&reported(order, schedule, Err(error)), path);
+        }
         return Ok(Answer::of(Outcome::NotNow, None));
     }
     let ended = update(order, stop);
-    status_report::send(order, ended.as_ref());
     let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unreadable);
     let next = schedule.after(is_failure, order.clock.read().up_s, order.config.every_minutes * 60, rand::random());
+    let error = ended.as_ref().err().map(|fatal| chain(fatal));
+    let next = next.with_error(error.as_deref());
+    save_schedule(&reported(order, next, ended.as_ref().map_err(|_| error)), path);
+    ended
+}
+
+/// Sends a report of how the last look `ended`, with an answer or with an error, if one is due; returns when the next is.
+fn reported(order: &Order, schedule: Schedule, ended: Result<&Answer, Option<String>>) -> Schedule {
+    let up_s = order.clock.read().up_s;
+    if order.report_every_s.is_none() || schedule.is_report_due(up_s) {
+        status_report::send(order, ended);
+    } else {
+        return schedule;
+    }
+    match order.report_every_s {
+        Some(every_s) => schedule.reported(up_s, every_s),
+        None => schedule,
+    }
+}
+
+fn save_schedule(next: &Schedule, path: &Path) {
     if let Err(error) = next.write(path) {
         warn!(path = %path.display(), error = chain(&error), "cannot save the time of the next update");
     }
-    ended
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {

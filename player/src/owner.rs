@@ -8,7 +8,7 @@
 
 use crate::authorities::Authorities;
 use crate::button::{self, ButtonDevice, Key};
-use crate::config_file::{ConfigError, Mistake, parse, unit};
+use crate::config_file::{ConfigError, Mistake, parse, unit, within};
 use crate::hours::{Brightness, Night, Zone};
 use crate::week::{Closed, Hours};
 use crate::wifi::{self, Country, Password, Wifi};
@@ -18,9 +18,12 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use std::fmt::Display;
 use std::net::IpAddr;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 
+/// Minutes between two reports.
+const REPORT_EVERY: RangeInclusive<u64> = 5..=10_080;
 /// What the owner's file is called.
 pub const FILE_NAME: &str = "dreams.toml";
 
@@ -108,6 +111,9 @@ pub struct Owner {
     /// Where the unit reports to.
     #[serde(deserialize_with = "url")]
     pub report_to: Option<String>,
+    /// How often, in minutes; `None` for after each look for updates.
+    #[serde(deserialize_with = "report_every")]
+    pub report_every: Option<u64>,
     /// Whether the votes are a part of the report.
     pub report_votes: bool,
 }
@@ -135,6 +141,7 @@ impl Owner {
             ("button_down", self.button_down.is_some() && no_button, "button"),
             ("acknowledge", self.acknowledge.is_some() && no_button, "button"),
             ("vote_noise", self.vote_noise.is_some() && no_button && self.presence.is_none(), "button or presence"),
+            ("report_every", self.report_every.is_some() && self.report_to.is_none(), "report_to"),
             ("report_votes", self.report_votes && self.report_to.is_none(), "report_to"),
         ];
         settings.into_iter().find(|(_, is_alone, _)| *is_alone).map(|(key, _, needs)| Alone { key, needs })
@@ -240,6 +247,10 @@ fn hosts<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
     }
 }
 
+fn report_every<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
+    within(from, &REPORT_EVERY).map(Some)
+}
+
 fn mode<'de, D: Deserializer<'de>>(from: D) -> Result<Option<RequestedMode>, D::Error> {
     spelled(from).map(Some)
 }
@@ -310,6 +321,7 @@ mod tests {
         assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
         assert!(owner.presence.is_some() && owner.acknowledge == Some(false));
         assert!(owner.vote_noise == Some(true) && owner.report_to.is_some() && owner.report_votes);
+        assert_eq!(owner.report_every, Some(60));
     }
 
     #[test]
@@ -356,6 +368,11 @@ mod tests {
             ),
             ("acknowledge = false", "line 1, key `acknowledge`: there is no `button` that it is for"),
             ("button = \"any\"\nacknowledge = \"off\"", "line 2, key `acknowledge`"),
+            ("report_every = 60", "line 1, key `report_every`: there is no `report_to` that it is for"),
+            (
+                "report_to = \"https://a\"\nreport_every = 4",
+                "line 2, key `report_every`: invalid value: integer `4`, expected a number from 5 to 10080",
+            ),
             ("report_votes = true", "line 1, key `report_votes`: there is no `report_to` that it is for"),
             ("hour = 1", "unknown field `hour`"),
         ] {

@@ -378,3 +378,39 @@ fn a_unit_looks_for_news_when_it_is_time_and_not_before() {
     fs::remove_file(unit.path("schedule")).unwrap();
     assert_eq!(look(), "not-now", "there is nowhere to look, and that is fine");
 }
+
+#[test]
+fn a_unit_reports_as_often_as_its_owner_says_whether_it_looks_or_not() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let (web, home) =
+        (WebServer::serve(&unit.stick(), Behaviour::Portal), WebServer::serve(&unit.stick(), Behaviour::Good));
+    let (config, owner, schedule) = (unit.path("update.toml"), unit.path("owner.toml"), unit.path("schedule"));
+    fs::write(&config, format!("status = \"127.0.0.1:1\"\nowner = {owner:?}\n")).unwrap();
+    fs::write(&owner, format!("report_to = \"{}/units\"\nreport_every = 5\n", home.url())).unwrap();
+    let options = ["--config", config.to_str().unwrap(), "--schedule", schedule.to_str().unwrap()];
+    // The next minute of the timer; `due` are the times that have come since.
+    let minute = |due: &[&str]| {
+        let mut kept: Value = fs::read(&schedule).map_or(json!({}), |text| serde_json::from_slice(&text).unwrap());
+        for time in due {
+            kept[*time] = json!(0);
+        }
+        fs::write(&schedule, kept.to_string()).unwrap();
+        fetch(&unit, &web.url(), &options);
+        let errors =
+            home.received().into_iter().map(|text| serde_json::from_str::<Value>(&text).unwrap()["error"].clone());
+        (web.heard().0.len(), errors.collect::<Vec<_>>())
+    };
+    let (looked, errors) = minute(&[]);
+    assert!(looked > 0 && errors.len() == 1, "both at once after the start: {errors:?}");
+    assert!(errors[0].as_str().is_some_and(|error| error.contains("portal")), "{errors:?}");
+    assert_eq!(minute(&[]), (0, vec![]), "neither is due");
+    assert_eq!(minute(&["report_due_s"]), (0, errors), "a report alone knows how the last look ended");
+    let (looked, errors) = minute(&["due_s"]);
+    assert!(looked > 0 && errors.is_empty(), "a look alone: {errors:?}");
+    web.behave(Behaviour::Good);
+    assert_eq!(minute(&["due_s", "report_due_s"]).1, [Value::Null]);
+    assert_eq!(minute(&["report_due_s"]), (0, vec![Value::Null]), "the error is over");
+    fs::write(&owner, format!("report_to = \"{}/units\"\n", home.url())).unwrap();
+    assert_eq!(minute(&["report_due_s"]), (0, vec![]), "by default only after a look");
+}
