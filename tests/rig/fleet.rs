@@ -16,8 +16,10 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-/// How long it may take to start, and to answer, in seconds.
+/// How long it may take to start, and alarms to come, in seconds.
 const PATIENCE_S: u32 = 30;
+/// How long an answer may take: less than the server leaves to those who are slow.
+const ANSWER: Duration = Duration::from_secs(10);
 
 /// A server for the reports in a folder. It is killed when dropped.
 pub struct Fleet {
@@ -49,6 +51,11 @@ impl Fleet {
         Self { child, _said: said, place }
     }
 
+    /// The number of its process.
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
     /// The answer to a request with these headers, besides `Host` and `Content-Length`.
     pub fn send(&self, line: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
         let host =
@@ -57,7 +64,7 @@ impl Fleet {
         let headers = headers.concat();
         let head = format!("{line} HTTP/1.1\r\n{host}{headers}Content-Length: {}\r\n\r\n", body.len());
         let mut stream = TcpStream::connect(&self.place).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(PATIENCE_S.into()))).unwrap();
+        stream.set_read_timeout(Some(ANSWER)).unwrap();
         // Of what is refused not everything may be read.
         let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(body));
         let mut answer = Vec::new();

@@ -15,6 +15,9 @@ use crate::picture::{self, PictureError};
 
 /// The most bytes of a report, as it is sent and as it is kept.
 pub(crate) const MOST_BYTES: usize = 1 << 20;
+/// The most lists and objects in a report: one for each sheep of the largest flock whose report has so few bytes. Each takes
+/// up to 700 bytes of memory.
+const MOST_PARTS: usize = 20_000;
 /// The most characters of a name or a version.
 const LONGEST_NAME: usize = 80;
 /// The most characters of a sentence.
@@ -29,6 +32,8 @@ pub(crate) enum ReportError {
     Json(serde_json::Error),
     #[error("the report has more than {MOST_BYTES} bytes")]
     Long,
+    #[error("the report has more than {MOST_PARTS} lists and objects")]
+    Many,
     #[error("the report has no text `unit`, expected the name of the unit that sends it")]
     Nameless,
     #[error("the report is not of a unit: {0}")]
@@ -98,6 +103,9 @@ impl Facts {
     /// What the report in `bytes` says, and the whole document.
     /// Errors: [`ReportError`], if it is none.
     pub(crate) fn parse(bytes: &[u8]) -> Result<(Self, Map<String, Value>), ReportError> {
+        if parts(bytes) > MOST_PARTS {
+            return Err(ReportError::Many);
+        }
         let document: Map<String, Value> = serde_json::from_slice(bytes).map_err(ReportError::Json)?;
         let unit = document.get("unit").and_then(Value::as_str).ok_or(ReportError::Nameless)?;
         let unit = UnitId::new(unit).map_err(ReportError::Name)?;
@@ -154,6 +162,21 @@ impl MachineFacts {
             is_time_known: flag(all, "time_known"),
         }
     }
+}
+
+/// How many lists and objects begin in the JSON text `bytes`: as many as there are brackets and braces outside of texts.
+fn parts(bytes: &[u8]) -> usize {
+    let (mut parts, mut is_text, mut is_escaped) = (0, false, false);
+    for byte in bytes {
+        match byte {
+            _ if is_escaped => is_escaped = false,
+            b'\\' => is_escaped = is_text,
+            b'"' => is_text = !is_text,
+            b'[' | b'{' if !is_text => parts += 1,
+            _ => {}
+        }
+    }
+    parts
 }
 
 fn decoded(picture: &Value) -> Result<Vec<u8>, PictureError> {
@@ -244,10 +267,20 @@ mod tests {
     }
 
     #[test]
+    fn only_lists_and_objects_outside_of_texts_count() {
+        for (text, expected) in
+            [(r#"{"a": [1, {}]}"#, 3), (r#"{"[[{": "\"[{\\"}"#, 1), (r#"{"a\\": ["\\\"[", [] ]}"#, 3), ("", 0)]
+        {
+            assert_eq!(parts(text.as_bytes()), expected, "{text}");
+        }
+    }
+
+    #[test]
     fn a_document_that_is_no_report_is_refused_in_words() {
         let refused = |text: &str| Facts::parse(text.as_bytes()).unwrap_err().to_string();
         assert!(refused("{\"unit\": \"lobby\"").contains("not JSON"));
-        assert!(refused(&"[".repeat(100_000)).contains("not JSON"));
+        assert!(refused(&"[".repeat(MOST_PARTS)).contains("not JSON"));
+        assert!(refused(&"[".repeat(MOST_PARTS + 1)).contains("more than 20000 lists"));
         assert!(refused("{}").contains("`unit`") && refused("{\"unit\": 4}").contains("`unit`"));
         for name in ["../lobby", "Lobby", "", ".x", "a/b", "all", &"a".repeat(65), "a\n"] {
             assert!(refused(&json!({"unit": name}).to_string()).contains("not of a unit"), "{name}");

@@ -41,8 +41,8 @@ use crate::record::UnitView;
 
 /// The most connections at once; a further one waits.
 const MOST_CONNECTIONS: usize = 256;
-/// The most reports that are read at once.
-const MOST_REPORTS: usize = 8;
+/// The most reports that are received at once: so many that a few slow senders keep no other out.
+const MOST_REPORTS: usize = 64;
 /// The longest time of a connection, and until it has sent the head of its request.
 const LONGEST: Duration = Duration::from_secs(30);
 const LONGEST_HEAD: Duration = Duration::from_secs(10);
@@ -71,6 +71,8 @@ struct App {
     desk: Arc<Desk>,
     doors: Doors,
     reports: Semaphore,
+    /// One report is read after the other, on one thread: the allocator keeps memory for each thread.
+    reading: Semaphore,
 }
 
 /// All units, as JSON.
@@ -82,7 +84,7 @@ struct Units {
 
 /// The routes of a server.
 pub(crate) fn router(desk: Arc<Desk>, doors: Doors) -> Router {
-    let app = Arc::new(App { desk, doors, reports: Semaphore::new(MOST_REPORTS) });
+    let app = Arc::new(App { desk, doors, reports: Semaphore::new(MOST_REPORTS), reading: Semaphore::new(1) });
     let asset = |kind: &'static str, text: &'static str| get(move || async move { ([(CONTENT_TYPE, kind)], text) });
     Router::new()
         .route("/", get(show).post(receive))
@@ -157,6 +159,7 @@ async fn receive(State(app): State<Arc<App>>, request: Request) -> Response {
         let error = format!("a report has at most {MOST_BYTES} bytes\n");
         return (StatusCode::PAYLOAD_TOO_LARGE, error).into_response();
     };
+    let _reading = app.reading.acquire().await;
     let desk = Arc::clone(&app.desk);
     match spawn_blocking(move || desk.receive(&bytes, now_s())).await {
         Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),

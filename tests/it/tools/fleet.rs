@@ -13,8 +13,11 @@ use claims::web::{Behaviour, WebServer};
 use ct_codecs::{Base64, Encoder};
 use serde_json::{Value, json};
 use std::fs;
+use std::io::Write;
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::thread;
 
 /// Reads `OpenMetrics` as Prometheus does, and prints each sample: its name, its labels by name, and its value.
 const PARSER: &str = "
@@ -96,7 +99,8 @@ fn hostile_reports_change_nothing_and_each_is_answered_in_words() {
     let hostile = [
         (String::new(), 400, "not JSON"),
         ("{\"unit\": \"lobby\"".to_owned(), 400, "not JSON"),
-        ("[".repeat(500_000), 400, "not JSON"),
+        ("[".repeat(20_000), 400, "not JSON"),
+        ("[".repeat(500_000), 400, "more than 20000 lists"),
         (format!("{{\"unit\": \"lobby\", \"a\": \"{}\"}}", "b".repeat(1 << 20)), 413, "at most 1048576 bytes"),
         (format!("{{\"unit\": \"lobby\", \"a\": [{}1]}}", "1e15,".repeat(200_000)), 400, "more than 1048576 bytes"),
         (json!({"unit": "../lobby"}).to_string(), 400, "not of a unit"),
@@ -170,6 +174,46 @@ fn only_what_names_this_server_and_sends_json_from_no_page_is_let_in() {
     assert!(taken.status.code() == Some(1) && words.contains("cannot listen at"), "{words}");
 }
 
+/// The most memory that a process has had, in kB.
+fn most_memory_kb(process: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+#[test]
+fn reports_of_many_small_objects_take_little_memory_however_many_come_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let fleet = Fleet::of(folder.path(), &[]);
+    let of = |objects: usize| format!("{{\"unit\": \"lobby\", \"a\": [{}0]}}", "{\"\":0},".repeat(objects));
+    let (most, more) = (of(19_990), of(140_000));
+    thread::scope(|senders| {
+        for _ in 0..16 {
+            senders.spawn(|| assert_eq!((fleet.report(&most).0, fleet.report(&more).0), (204, 400)));
+        }
+    });
+    let kb = most_memory_kb(fleet.process());
+    assert!(kb < 100_000, "{kb} kB");
+}
+
+#[test]
+fn slow_senders_keep_no_report_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let fleet = Fleet::of(folder.path(), &[]);
+    let slow: Vec<TcpStream> = (0..60)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&fleet.place).unwrap();
+            let head =
+                "POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n{";
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    assert_eq!(fleet.get("/").status, 200, "all of them were heard before");
+    assert_eq!(fleet.report(&fine("lobby").to_string()), (204, String::new()));
+    assert_eq!(slow.len(), 60, "they are still there");
+}
+
 #[test]
 fn an_alarm_is_sent_once_for_each_state_is_tried_again_and_survives_a_kill() {
     let folder = tempfile::tempdir().unwrap();
@@ -235,6 +279,9 @@ fn a_webhook_that_cannot_be_reached_is_an_error_and_its_address_stays_secret() {
     let words = String::from_utf8(said.stderr).unwrap();
     assert_eq!(said.status.code(), Some(3), "{words}");
     assert!(words.contains("cannot send the alarm of `lobby`") && !words.contains("4711"), "{words}");
+    let mut hidden = Command::new(dreams());
+    hidden.arg("fleet").arg(folder.path()).env("DREAMS_FLEET_ALARM", "http://127.0.0.1:1/secret-4711");
+    assert_eq!(output(&mut hidden).status.code(), Some(3), "no list of processes need show it");
     let said = fleet(folder.path(), &["--alarm", "example.org/secret"]);
     assert_eq!(said.status.code(), Some(2), "an address begins with http:// or https://");
 }
@@ -256,7 +303,7 @@ fn prometheus_reads_the_metrics() {
     let mut parser = Command::new("/usr/bin/python3");
     parser.args(["-c", PARSER]).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut parser = parser.spawn().unwrap();
-    std::io::Write::write_all(&mut parser.stdin.take().unwrap(), answer.body.as_bytes()).unwrap();
+    parser.stdin.take().unwrap().write_all(answer.body.as_bytes()).unwrap();
     let read = wait::output("the parser of Prometheus", 60, parser);
     assert!(read.status.success(), "{}", answer.body);
     let read = String::from_utf8(read.stdout).unwrap();
