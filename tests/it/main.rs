@@ -8,6 +8,7 @@
 mod build {
     mod ci_install;
     mod package_archives;
+    mod packed_image;
 }
 mod house;
 mod metering;
