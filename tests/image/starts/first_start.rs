@@ -96,6 +96,9 @@ fn the_system_is_small() {
     let disk = std::fs::metadata(image().join("disk.img")).unwrap().blocks() as f64 * 512.0 / 1e6;
     let sizes = format!("a root of {root} MB, an initramfs of {initramfs} MB, {disk} MB of the disk");
     assert!(root <= 220.0 && initramfs <= 3.0 && disk <= 500.0, "{sizes}");
+    let bytes = |mb: f64| (mb * 1e6).round();
+    let written = std::fs::read_to_string(image().join("sizes")).unwrap();
+    assert_eq!(written, format!("{} root.img\n{} initramfs\n", bytes(root), bytes(initramfs)), "the build tells them");
 }
 
 #[test]
