@@ -5,11 +5,13 @@
 use claims::editions::edition;
 use claims::flocks::SMALL;
 use claims::player_run::PlayerRun;
+use claims::programs::{output, repository};
 use claims::status_page::{PATIENCE, ask, on_a_port, on_a_socket, pixels};
 use claims::unit::Unit;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::process::Command;
 
 #[test]
 fn the_page_tells_what_is_on_the_glass_in_three_forms_and_shows_it() {
@@ -36,6 +38,19 @@ fn the_page_tells_what_is_on_the_glass_in_three_forms_and_shows_it() {
     let picture = ask(&socket, "GET /screen.jpg");
     assert!(picture.head.contains("image/jpeg"), "{}", picture.head);
     assert_eq!(pixels(&picture.body, "jpg").len() % (320 * 240 * 3), 0, "the picture is whole");
+}
+
+#[test]
+fn what_a_unit_prints_of_its_status_is_json_and_nothing_else() {
+    let (_playing, running, address) = on_a_port();
+    let (_, port) = address.split_once(':').unwrap();
+    let status = |port: &str| {
+        output(Command::new(repository().join("image-build/system/usr/bin/dreams-status")).arg(port)).stdout
+    };
+    let document: serde_json::Value = serde_json::from_slice(&status(port)).expect("one document");
+    assert!(document["flips"].is_u64(), "{document}");
+    drop(running);
+    assert_eq!(status(port), b"", "nobody answers");
 }
 
 #[test]
