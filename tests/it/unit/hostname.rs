@@ -21,6 +21,7 @@ impl Machine {
         let machine = Self { root: tempfile::tempdir().unwrap() };
         machine.says("proc/sys/kernel/hostname", "dreams");
         machine.says("etc/machine-id", "03000200040005000006000700abcdef");
+        fs::create_dir_all(machine.root.path().join("var/lib/dreams")).unwrap();
         machine
     }
 
@@ -70,6 +71,26 @@ fn a_unit_is_called_by_its_own_digits_unless_its_owner_has_named_it() {
     assert_eq!(machine.name(), "dreams-b2c1d0", "a board with a number of its own");
     machine.says("var/lib/dreams/owner/name", "lobby");
     assert_eq!(machine.name(), "lobby");
+}
+
+#[test]
+fn a_machine_without_any_number_of_its_own_keeps_the_name_of_its_first_start() {
+    let machine = Machine::new();
+    let made = "net/enp1s0/addr_assign_type";
+    machine.has_card("0000:01:00.0", CABLE, "net/enp1s0/address", "32:11:22:33:44:55");
+    machine.has_card("0000:01:00.0", CABLE, made, "1");
+    assert_eq!(machine.name(), "dreams-abcdef", "an address by chance is none");
+    machine.has_card("0000:01:00.0", CABLE, "net/enp1s0/address", "9a:66:77:88:99:aa");
+    machine.says("etc/machine-id", "4a1f0c60b52e4d8fa1c7d1b3e9123456");
+    assert_eq!(machine.name(), "dreams-abcdef", "another machine id, another address by chance");
+    machine.has_card("0000:01:00.0", CABLE, made, "0");
+    assert_eq!(machine.name(), "dreams-8899aa", "its own address");
+    machine.has_card("0000:01:00.0", CABLE, made, "1");
+    assert_eq!(machine.name(), "dreams-8899aa", "a start at which its address is not found");
+    machine.says("var/lib/dreams/name", "../../etc\n");
+    assert_eq!(machine.name(), "dreams-123456", "what is kept is no digits");
+    fs::remove_dir_all(machine.root.path().join("var/lib/dreams")).unwrap();
+    assert_eq!(machine.name(), "dreams-123456", "a disk that keeps nothing");
 }
 
 /// A card gets its driver while the unit is being named, after so many seconds.
