@@ -26,6 +26,7 @@ mod player {
     mod user_rights;
 }
 mod starts {
+    mod bios;
     pub(crate) mod first_start;
     mod hardware_sample;
     mod kernel_modules;

@@ -43,6 +43,7 @@ mod player {
 }
 mod starts {
     mod arm64;
+    mod bios;
     pub(crate) mod boot_time;
     pub(crate) mod first_start;
     mod hardware_matrix;

@@ -5,6 +5,7 @@
 //!
 //! Start at [`Machine`]; a unit and its disk are in `unit/mod.rs`.
 
+pub(crate) mod bios_screen;
 pub(crate) mod clock;
 pub(crate) mod disk;
 pub(crate) mod hardware;

@@ -92,6 +92,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "services.txt",
             "unneeded.txt",
             "*.c",
+            "*.s",
             "*.sfdisk",
             "architecture",
             "cache",
