@@ -2,6 +2,7 @@
 //!
 //! Owns the fields of the JSON document and the line that says the same. Never decides anything.
 
+use crate::astray::Astray;
 use bundle::{Generation, Version};
 use serde::Serialize;
 use std::fmt;
@@ -50,6 +51,8 @@ pub(crate) struct Answer {
     pub(crate) mended: usize,
     /// Objects that are damaged or gone, and that the source did not have.
     pub(crate) missing: usize,
+    /// What the source has instead of a bundle, if people have laid it out wrongly.
+    pub(crate) astray: Option<Astray>,
 }
 
 impl Answer {
@@ -65,6 +68,7 @@ impl Answer {
             fetched_bytes: 0,
             mended: 0,
             missing: 0,
+            astray: None,
         }
     }
 }
@@ -77,6 +81,11 @@ impl fmt::Display for Answer {
             Outcome::NoNews => write!(f, "no news: `{flock}` {sequence} plays")?,
             Outcome::NoBundle => write!(f, "no bundle there")?,
             Outcome::NotNow => write!(f, "nothing was looked for")?,
+        }
+        match &self.astray {
+            Some(Astray::Below(_)) => write!(f, ": it is one folder down")?,
+            Some(Astray::Unsigned) => write!(f, ": the flock is not signed")?,
+            None => {}
         }
         match &self.system {
             SystemOutcome::Staged(version) => write!(f, ", system {version} is here")?,

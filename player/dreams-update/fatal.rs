@@ -3,6 +3,7 @@
 //! Owns [`Fatal`] and its exit codes. The notices are in `sentences.rs`.
 
 use crate::answer::Answer;
+use crate::stick_format::StickFormat;
 use bundle::{FolderError, KeyError, NameError, Refusal, Shortfall, StoreError, UnitId, few};
 use diagnostics::{Exit, print_error};
 use player::{ConfigError, Output};
@@ -19,6 +20,8 @@ pub(crate) enum Fatal {
     Busy { store: PathBuf },
     #[error(transparent)]
     Config(#[from] ConfigError),
+    #[error("the stick is formatted as `{format}` (expected FAT32 or exFAT)")]
+    Format { format: StickFormat },
     #[error("`{place}` has bundles for `{}`, none for `{unit}`", few(.units))]
     ForOthers { place: String, units: Vec<UnitId>, unit: UnitId },
     #[error("cannot read the machine's name in `{path}`", path = path.display())]
@@ -61,7 +64,7 @@ impl Fatal {
             Self::Address { .. } | Self::Config(ConfigError::Malformed { .. }) | Self::Nameless(_) | Self::Nowhere => {
                 Exit::Malformed
             }
-            Self::ForOthers { .. } | Self::Room(_) => Exit::No,
+            Self::ForOthers { .. } | Self::Format { .. } | Self::Room(_) => Exit::No,
             Self::Refused(refused) if !refused.is_io() => Exit::No,
             Self::Keys(error) if !matches!(error, KeyError::Read { .. }) => Exit::Malformed,
             Self::Busy { .. }
@@ -89,6 +92,7 @@ impl Fatal {
             Self::ForOthers { .. } | Self::Refused(Refusal::ForOthers { .. }) => {
                 "`--unit NAME` says what this unit is called; `dreams pack --unit NAME` addresses a bundle to it"
             }
+            Self::Format { .. } => "format it as FAT32 or exFAT, which deletes what is on it, and publish to it again",
             Self::Host { .. } | Self::Nameless(_) => "name the unit: `unit` in the config, or `--unit NAME`",
             Self::Keys(_) => "lay the artist's public key into the folder that `keys` names",
             Self::Refused(Refusal::ForEverybody { .. } | Refusal::Older { .. } | Refusal::MarkedBad { .. }) => {

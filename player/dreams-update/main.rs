@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod astray;
 mod config;
 mod fatal;
 mod fetch;
@@ -21,6 +22,7 @@ mod sentences;
 mod slot;
 mod statements;
 mod status_report;
+mod stick_format;
 mod system;
 mod tls;
 mod update_run;

@@ -4,6 +4,7 @@
 
 use crate::config::Config;
 use crate::fatal::Fatal;
+use crate::stick_format::StickFormat;
 use crate::tls::Judgement;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
@@ -57,6 +58,9 @@ pub(crate) struct Options {
     /// First read every byte that is kept; what is damaged stays until it was fetched again
     #[arg(long)]
     scrub: bool,
+    /// Only say that a stick with this file system, by its name in udev, is not read
+    #[arg(long, value_name = "TYPE", conflicts_with_all = ["source", "schedule", "scrub", "slot"])]
+    unreadable: Option<StickFormat>,
     /// Tell people in front of the picture, through this file, how far it is
     #[arg(long, alias = "card", value_name = "FILE")]
     notice: Option<PathBuf>,
@@ -84,6 +88,8 @@ pub(crate) struct Order {
     /// The slot that a system is to be written to, and where the boot loader finds what to start.
     pub(crate) slot: Option<(PathBuf, PathBuf)>,
     pub(crate) scrub: bool,
+    /// The stick's file system, if that is not read.
+    pub(crate) unreadable: Option<StickFormat>,
     pub(crate) notice: Option<PathBuf>,
     pub(crate) json: bool,
 }
@@ -104,7 +110,8 @@ impl Options {
             }
             None => (config.report_to, config.votes),
         };
-        if source.is_none() && self.schedule.is_none() && !self.scrub && slot.is_none() {
+        let is_told_what = self.schedule.is_some() || self.scrub || slot.is_some() || self.unreadable.is_some();
+        if source.is_none() && !is_told_what {
             return Err(Fatal::Nowhere);
         }
         Ok(Order {
@@ -126,6 +133,7 @@ impl Options {
             report_every_s: owner.report_every.map(|minutes| minutes * 60),
             slot,
             scrub: self.scrub,
+            unreadable: self.unreadable,
             notice: self.notice,
             json: self.json,
         })

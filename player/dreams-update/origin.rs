@@ -2,6 +2,7 @@
 //!
 //! Owns the choice between the two. What both must have is `bundle::Source`.
 
+use crate::astray::Astray;
 use crate::fatal::Fatal;
 use crate::http_source::HttpSource;
 use crate::tls::Judgement;
@@ -40,6 +41,14 @@ impl Origin {
             },
             // A server shows no lists.
             Self::Http(_) => Ok(Vec::new()),
+        }
+    }
+
+    /// What it has instead of a bundle. A server shows no lists.
+    pub(crate) fn astray(&self) -> Option<Astray> {
+        match self {
+            Self::Folder(folder) => Astray::on(folder.path()),
+            Self::Http(_) => None,
         }
     }
 

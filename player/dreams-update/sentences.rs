@@ -1,8 +1,10 @@
 //! The notices of the updater: one plain sentence, or two.
 //!
-//! Owns those sentences. They name no file system, no digest and no key: these are in the log.
+//! Owns those sentences. They name no digest and no key: these are in the log. A file
+//! system is named only where the stick has to be formatted anew.
 
 use crate::answer::{Outcome, SystemOutcome};
+use crate::astray::Astray;
 use crate::fatal::Fatal;
 use bundle::{Refusal, StoreError, few};
 
@@ -29,6 +31,21 @@ pub(crate) fn of_answer(outcome: Outcome, system: &SystemOutcome) -> Option<&'st
     }
 }
 
+/// What is on a stick that has no bundle, and what to do.
+pub(crate) fn of_astray(astray: &Astray) -> String {
+    match astray {
+        Astray::Below(Some(folder)) => {
+            format!("The flock is in the folder {folder}. Copy its contents to the top of the stick.")
+        }
+        Astray::Below(None) => {
+            "The flock is in a folder of this stick. Copy its contents to the top of the stick.".to_owned()
+        }
+        Astray::Unsigned => {
+            "This stick has a flock that is not signed. Run dreams pack, then dreams publish.".to_owned()
+        }
+    }
+}
+
 /// What was wrong.
 pub(crate) fn of_fatal(fatal: &Fatal) -> String {
     match fatal {
@@ -36,6 +53,7 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
         Fatal::ForOthers { units, unit, .. } => {
             format!("This stick is for {}. This frame is {unit}.", few(units))
         }
+        Fatal::Format { format } => format!("This stick is formatted as {format}. Format it as FAT32 or exFAT."),
         Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped => AGAIN.to_owned(),
         Fatal::Refused(refused) => of_refused(refused),
         Fatal::Room(shortfall) => {
@@ -120,10 +138,25 @@ fn of_refused(refused: &Refusal) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{of_answer, of_fatal};
+    use super::{of_answer, of_astray, of_fatal};
     use crate::answer::{Outcome, SystemOutcome};
+    use crate::astray::Astray;
     use crate::fatal::Fatal;
+    use crate::stick_format::StickFormat;
     use bundle::{Shortfall, UnitId, Version};
+    use clap::ValueEnum;
+    use player::Notice;
+
+    #[test]
+    fn what_is_said_of_a_stick_made_wrongly_fits_into_large_letters() {
+        let below = [None, Some("M".repeat(20))].map(Astray::Below);
+        let astray = below.iter().chain([&Astray::Unsigned]).map(of_astray);
+        let formats = StickFormat::value_variants().iter().map(|&format| of_fatal(&Fatal::Format { format }));
+        for text in astray.chain(formats) {
+            let lines = Notice { text: text.clone(), thousandths: None }.lines(Notice::LARGE_LINE);
+            assert_eq!(lines.join(" "), text);
+        }
+    }
 
     #[test]
     fn people_are_told_in_plain_words() {

@@ -44,7 +44,9 @@ pub(crate) fn run(order: Order) -> Result<Output<Answer>, Fatal> {
     ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
     let ended = in_time(&order, &stop);
     let said = match &ended {
-        Ok(answer) => sentences::of_answer(answer.outcome, &answer.system).map(str::to_owned),
+        Ok(answer) => sentences::of_answer(answer.outcome, &answer.system)
+            .map(str::to_owned)
+            .or_else(|| answer.astray.as_ref().map(sentences::of_astray)),
         Err(fatal) => Some(sentences::of_fatal(fatal)),
     };
     if let Some(said) = said {
@@ -96,6 +98,9 @@ fn save_schedule(next: &Schedule, path: &Path) {
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
+    if let Some(format) = order.unreadable {
+        return Err(Fatal::Format { format });
+    }
     let systems = system_trust(order)?;
     if let Some((device, boot)) = &order.slot {
         let store = StagedSystems::open(locked(order, stop, LocalDisk::open_to_read)?, &systems)?;
@@ -152,8 +157,10 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
         let refuses = io::Error::other("the server answers 403 to all that it is asked for: let it be read by anybody");
         return Err(Fatal::Read { name: place.to_owned(), source: refuses });
     }
+    let is_empty = matches!((outcome, &system), (Outcome::NoBundle, SystemOutcome::None));
+    let astray = is_empty.then(|| fetcher.source.astray()).flatten();
     let (mended, missing) = mend(store, fetcher)?;
-    Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
+    Ok(Answer { system, mended, missing, astray, ..Answer::of(outcome, store.state().playing()) })
 }
 
 /// The keys that this unit trusts: by its config, and by its owner. A key for `systems` may sign flocks, too.

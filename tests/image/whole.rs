@@ -55,6 +55,7 @@ mod starts {
 mod unit;
 mod updates {
     pub(crate) mod flock_from_stick;
+    mod foreign_stick;
     pub(crate) mod next_system;
     mod restart_hour;
     mod slots;

@@ -71,6 +71,7 @@ mod unit {
 }
 mod updates {
     mod addressing;
+    mod astray;
     mod certificates;
     mod http;
     mod interruptions;
