@@ -7,6 +7,7 @@
 
 use crate::programs;
 use crate::wait;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -81,6 +82,13 @@ impl Fleet {
         (answer.status, answer.body)
     }
 
+    /// Interrupts it; it ends within `seconds`, as it was ordered to.
+    pub fn interrupt(mut self, seconds: u32) {
+        kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
+        let status = wait::ended("the fleet's server, interrupted", seconds, &mut self.child);
+        assert_eq!(status.code(), Some(0));
+    }
+
     /// What is at `path`.
     pub fn get(&self, path: &str) -> Answer {
         self.send(&format!("GET {path}"), &[], b"")
@@ -109,12 +117,20 @@ pub struct Hook {
 impl Hook {
     /// A webhook that answers the first requests with these statuses, and all others with 200.
     pub fn answering(statuses: &'static [u16]) -> Self {
+        Self::start(statuses.iter().copied().chain(std::iter::repeat(200)), Duration::ZERO)
+    }
+
+    /// A webhook that accepts nothing, and lets every request wait so long for that.
+    pub fn refusing_after(pause: Duration) -> Self {
+        Self::start(std::iter::repeat(503), pause)
+    }
+
+    fn start(statuses: impl Iterator<Item = u16> + Send + 'static, pause: Duration) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = listener.local_addr().unwrap().to_string();
         let received = Arc::new(Mutex::new(Vec::new()));
         let taken = Arc::clone(&received);
         thread::spawn(move || {
-            let statuses = statuses.iter().copied().chain(std::iter::repeat(200));
             for (visitor, status) in listener.incoming().zip(statuses) {
                 let mut reader = BufReader::new(visitor.unwrap());
                 let mut length = 0;
@@ -131,8 +147,10 @@ impl Hook {
                 let mut body = vec![0; length];
                 reader.read_exact(&mut body).unwrap();
                 taken.lock().unwrap().push(serde_json::from_slice(&body).unwrap());
-                write!(reader.get_mut(), "HTTP/1.1 {status} So\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
-                    .unwrap();
+                thread::park_timeout(pause);
+                // Who was interrupted may be gone.
+                let answer = format!("HTTP/1.1 {status} So\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+                let _ = reader.get_mut().write_all(answer.as_bytes());
             }
         });
         Self { place, received }

@@ -135,7 +135,7 @@ impl Args {
         }
         if let Some(url) = &self.alarm {
             let _held = folder::take(&self.folder)?;
-            let sending = Webhook::open(url, &self.folder)?.send(&units);
+            let sending = Webhook::open(url, &self.folder)?.send(&units, &AtomicBool::new(false));
             if let Some(error) = sending.failed.into_iter().next() {
                 return Err(Fatal::new(Exit::Unreadable, error).hint("the next run tries again"));
             }
@@ -173,7 +173,7 @@ impl Args {
         stop.store(true, Ordering::Relaxed);
         // A report that is being written is waited for.
         drop(runtime);
-        // It ends within a tick of the flag, or when the webhook has answered.
+        // It ends within a tick of the flag, or when the webhook has answered once.
         let _ = watching.map(std::thread::JoinHandle::join);
         served.map_err(start)?;
         Ok(Exit::Fine)

@@ -77,10 +77,13 @@ impl Webhook {
         Ok(Self { agent: config.build().into(), url: url.to_owned(), file, sent })
     }
 
-    /// Sends what is due for `views`.
-    pub(crate) fn send(&mut self, views: &[UnitView]) -> Sending {
+    /// Sends what is due for `views`; begins with no further alarm once `stop` is raised.
+    pub(crate) fn send(&mut self, views: &[UnitView], stop: &AtomicBool) -> Sending {
         let (before, mut sending) = (self.sent.clone(), Sending::default());
         for alarm in self.sent.due(views) {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
             match self.post(&alarm) {
                 Ok(()) => {
                     self.sent.note(&alarm);
@@ -121,7 +124,7 @@ pub(crate) fn watch(mut webhook: Webhook, desk: Arc<Desk>, stop: Arc<AtomicBool>
     let look = move || {
         let mut failures = 0_u32;
         while !stop.load(Ordering::Relaxed) {
-            let Sending { sent, failed } = webhook.send(&desk.views(now::since_1970_ms() / 1000));
+            let Sending { sent, failed } = webhook.send(&desk.views(now::since_1970_ms() / 1000), &stop);
             desk.counts.alarms_sent.fetch_add(sent, Ordering::Relaxed);
             desk.counts.alarms_failed.fetch_add(failed.len() as u64, Ordering::Relaxed);
             let wait = if let Some(first) = failed.first() {

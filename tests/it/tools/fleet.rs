@@ -18,6 +18,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread;
+use std::time::Duration;
 
 /// Reads `OpenMetrics` as Prometheus does, and prints each sample: its name, its labels by name, and its value.
 const PARSER: &str = "
@@ -284,6 +285,20 @@ fn a_webhook_that_cannot_be_reached_is_an_error_and_its_address_stays_secret() {
     assert_eq!(output(&mut hidden).status.code(), Some(3), "no list of processes need show it");
     let said = fleet(folder.path(), &["--alarm", "example.org/secret"]);
     assert_eq!(said.status.code(), Some(2), "an address begins with http:// or https://");
+}
+
+#[test]
+fn a_slow_webhook_does_not_hold_up_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let hook = Hook::refusing_after(Duration::from_secs(2));
+    let fleet = Fleet::of(folder.path(), &["--alarm", &hook.url()]);
+    for number in 0..10 {
+        let report = json!({"unit": format!("unit-{number}"), "error": "no route", "status": {}});
+        assert_eq!(fleet.report(&report.to_string()).0, 204);
+    }
+    // By the third all are due, one after the other: 14 seconds are left at least.
+    hook.await_alarms(3);
+    fleet.interrupt(8);
 }
 
 #[test]
