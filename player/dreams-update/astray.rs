@@ -6,6 +6,7 @@
 //! Start at [`Astray::on`].
 
 use serde::Serialize;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
@@ -30,7 +31,7 @@ impl Astray {
     pub(crate) fn on(top: &Path) -> Option<Self> {
         let mut unsigned = is_flock(top);
         for folder in fs::read_dir(top).ok()?.take(NAMES).flatten() {
-            if !folder.file_type().is_ok_and(|kind| kind.is_dir()) {
+            if !folder.file_type().is_ok_and(|kind| kind.is_dir()) || is_hidden(&folder.file_name()) {
                 continue;
             }
             if has_seals(&folder.path()) {
@@ -40,6 +41,11 @@ impl Astray {
         }
         unsigned.then_some(Self::Unsigned)
     }
+}
+
+/// Whether it is a folder of an operating system: for what was deleted, among others.
+fn is_hidden(name: &OsStr) -> bool {
+    name.as_encoded_bytes().first().is_some_and(|first| b".$".contains(first))
 }
 
 fn is_flock(folder: &Path) -> bool {

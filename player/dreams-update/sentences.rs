@@ -53,7 +53,7 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
         Fatal::ForOthers { units, unit, .. } => {
             format!("This stick is for {}. This frame is {unit}.", few(units))
         }
-        Fatal::Format { format } => format!("This stick is formatted as {format}. Format it as FAT32 or exFAT."),
+        Fatal::Format { format } => format!("This stick is formatted as {format}. This frame reads FAT32 and exFAT."),
         Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped => AGAIN.to_owned(),
         Fatal::Refused(refused) => of_refused(refused),
         Fatal::Room(shortfall) => {

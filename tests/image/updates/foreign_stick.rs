@@ -40,7 +40,7 @@ fn a_stick_of_windows_is_named_on_the_running_picture_and_is_not_mounted() {
     machine.plug(&path);
     only_art(&machine.watch_for(PAUSE, "the notice", has_notice), OFTEN);
     let notice = machine.run("cat /run/dreams-update/notice; echo");
-    assert!(notice.contains("This stick is formatted as NTFS. Format it as FAT32 or exFAT."), "{notice}");
+    assert!(notice.contains("This stick is formatted as NTFS. This frame reads FAT32 and exFAT."), "{notice}");
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep sd");
     machine.is_well();

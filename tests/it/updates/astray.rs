@@ -48,6 +48,10 @@ fn photographs_and_links_are_nobodys_business() {
     }
     fs::write(unit.stick().join("DCIM/100MEDIA/flock.toml"), "two folders down").unwrap();
     fs::write(unit.stick().join("IMG_0001.JPG"), "holiday").unwrap();
+    for deleted in [".Trash-1000/files", "$RECYCLE.BIN", ".Trashes"] {
+        fs::create_dir_all(unit.stick().join(deleted)).unwrap();
+        fs::write(unit.stick().join(deleted.split('/').next().unwrap()).join("flock.toml"), "a flock").unwrap();
+    }
     symlink(SMALL.flock().folder, unit.stick().join("link")).unwrap();
     symlink(SMALL.flock().folder.join("flock.toml"), unit.stick().join("flock.toml")).unwrap();
     let answer = unit.updated(&[]);
@@ -69,7 +73,7 @@ fn a_stick_of_windows_or_a_mac_is_named_with_the_format_that_it_needs() {
         let mut command = Command::new(programs::updater());
         let said = output(command.args(["--unreadable", kind, "--notice"]).arg(unit.path("notice")));
         assert_eq!(said.status.code(), Some(1), "{}", String::from_utf8_lossy(&said.stderr));
-        let notice = format!("This stick is formatted as {name}. Format it as FAT32 or exFAT.");
+        let notice = format!("This stick is formatted as {name}. This frame reads FAT32 and exFAT.");
         assert_eq!(unit.notice(), Some(notice));
     }
     let unknown = output(Command::new(programs::updater()).args(["--unreadable", "zfs"]));
