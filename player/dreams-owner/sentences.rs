@@ -11,7 +11,7 @@ use player::owner::FILE_NAME;
 use std::io::ErrorKind;
 
 /// How each key is set.
-const FORMS: [(&str, &str); 31] = [
+const FORMS: [(&str, &str); 32] = [
     ("acknowledge", "true or false"),
     ("address", "as \"192.0.2.7/24\""),
     ("authorities", "certificates in PEM, in \"\"\""),
@@ -33,6 +33,7 @@ const FORMS: [(&str, &str); 31] = [
     ("proxy", "as \"http://proxy.example.org:3128\""),
     ("range", "\"auto\", \"full\" or \"limited\""),
     ("report_every", "5 to 10080 minutes"),
+    ("report_picture", "true or false"),
     ("report_to", "as \"https://example.org/units\""),
     ("report_votes", "true or false"),
     ("rotate", "0, 90, 180 or 270"),

@@ -85,6 +85,8 @@ pub(crate) struct Order {
     pub(crate) schedule: Option<PathBuf>,
     /// Seconds between two status reports; `None` for one after each look.
     pub(crate) report_every_s: Option<u64>,
+    /// Whether a report has a small picture of what is shown.
+    pub(crate) report_picture: bool,
     /// The slot that a system is to be written to, and where the boot loader finds what to start.
     pub(crate) slot: Option<(PathBuf, PathBuf)>,
     pub(crate) scrub: bool,
@@ -131,6 +133,7 @@ impl Options {
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },
             schedule: self.schedule,
             report_every_s: owner.report_every.map(|minutes| minutes * 60),
+            report_picture: owner.report_picture,
             slot,
             scrub: self.scrub,
             unreadable: self.unreadable,

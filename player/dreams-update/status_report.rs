@@ -13,6 +13,7 @@ use crate::http_source::{SMALL, agent};
 use crate::machine::Machine;
 use crate::network_error::of_request;
 use crate::options::Order;
+use ct_codecs::{Base64, Encoder};
 use diagnostics::chain;
 use serde::Serialize;
 use serde_json::Value;
@@ -39,6 +40,9 @@ struct StatusReport<'b> {
     machine: Machine,
     /// The player's; none if it does not answer.
     status: Option<Value>,
+    /// What is shown, as a small JPEG in Base64; none where the owner has no `report_picture`, or the player does not answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<String>,
     /// The totals of the votes; none where the config has no `votes`, or none were counted.
     #[serde(skip_serializing_if = "Option::is_none")]
     votes: Option<Totals>,
@@ -58,7 +62,8 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, Option<String>>) {
                 update: ended.as_ref().ok().copied(),
                 error: ended.err().flatten(),
                 machine: Machine::of(order, address),
-                status: status(order),
+                status: from_player(order, "status.json").and_then(|text| serde_json::from_slice(&text).ok()),
+                picture: order.report_picture.then(|| picture(order)).flatten(),
                 votes: order.config.votes.as_deref().and_then(votes),
             };
             post(&agent, address, &report)
@@ -81,12 +86,15 @@ fn votes(store: &Path) -> Option<Totals> {
     kept.ok()?.1.map(|ledger| ledger.sent())
 }
 
-/// The status document of the player on this machine.
-fn status(order: &Order) -> Option<Value> {
+fn picture(order: &Order) -> Option<String> {
+    let jpeg = from_player(order, "small.jpg")?;
+    Base64::encode_to_string(jpeg).inspect_err(|error| warn!(error = chain(error), "no picture is reported")).ok()
+}
+
+/// A document of the player on this machine.
+fn from_player(order: &Order, name: &str) -> Option<Vec<u8>> {
     let url = format!("http://{}", order.config.status);
     let agent = agent(&url, None, order.judgement()).ok()?;
-    let request = agent.get(format!("{url}/status.json")).config().timeout_global(Some(STATUS)).build();
-    let mut response = request.call().ok()?;
-    let text = response.body_mut().with_config().limit(LONGEST).read_to_vec().ok()?;
-    serde_json::from_slice(&text).ok()
+    let request = agent.get(format!("{url}/{name}")).config().timeout_global(Some(STATUS)).build();
+    request.call().ok()?.body_mut().with_config().limit(LONGEST).read_to_vec().ok()
 }

@@ -114,6 +114,8 @@ pub struct Owner {
     /// How often, in minutes; `None` for after each look for updates.
     #[serde(deserialize_with = "report_every")]
     pub report_every: Option<u64>,
+    /// Whether a small picture of what is shown is a part of the report.
+    pub report_picture: bool,
     /// Whether the votes are a part of the report.
     pub report_votes: bool,
 }
@@ -142,6 +144,7 @@ impl Owner {
             ("acknowledge", self.acknowledge.is_some() && no_button, "button"),
             ("vote_noise", self.vote_noise.is_some() && no_button && self.presence.is_none(), "button or presence"),
             ("report_every", self.report_every.is_some() && self.report_to.is_none(), "report_to"),
+            ("report_picture", self.report_picture && self.report_to.is_none(), "report_to"),
             ("report_votes", self.report_votes && self.report_to.is_none(), "report_to"),
         ];
         settings.into_iter().find(|(_, is_alone, _)| *is_alone).map(|(key, _, needs)| Alone { key, needs })
@@ -321,7 +324,7 @@ mod tests {
         assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
         assert!(owner.presence.is_some() && owner.acknowledge == Some(false));
         assert!(owner.vote_noise == Some(true) && owner.report_to.is_some() && owner.report_votes);
-        assert_eq!(owner.report_every, Some(60));
+        assert_eq!((owner.report_every, owner.report_picture), (Some(60), true));
     }
 
     #[test]
@@ -373,6 +376,7 @@ mod tests {
                 "report_to = \"https://a\"\nreport_every = 4",
                 "line 2, key `report_every`: invalid value: integer `4`, expected a number from 5 to 10080",
             ),
+            ("report_picture = true", "line 1, key `report_picture`: there is no `report_to` that it is for"),
             ("report_votes = true", "line 1, key `report_votes`: there is no `report_to` that it is for"),
             ("hour = 1", "unknown field `hour`"),
         ] {

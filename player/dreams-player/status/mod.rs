@@ -1,7 +1,7 @@
 //! The status page: what is on the glass, for people and for machines.
 //!
-//! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`, and `/glass.json`,
-//! the part of `/status.json` that costs little, for `dreams-votes`. Only looks:
+//! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`, the same in a
+//! small size, `/small.jpg`, for reports, and `/glass.json`, the part of `/status.json` that costs little, for `dreams-votes`. Only looks:
 //! nothing here changes what is played, and a picture is encoded only when someone asks for it. The contents are
 //! `facts.rs`, how machines read it in `metrics.rs`, how people see it in `page.html`; `server.rs` keeps strangers
 //! from harm's way.
@@ -25,6 +25,7 @@ use hosts::Hosts;
 use http::Answer;
 use player::{ClockReader, now};
 use rustix::process::setpriority_process;
+use screen::Picture;
 use serde::Serialize;
 use server::Server;
 use std::fs;
@@ -65,19 +66,23 @@ impl Page {
         Facts { generation, contact, ..facts }
     }
 
+    /// The picture on the glass, with what lies over it.
+    fn picture(&self, encode: fn(&Picture<'_>) -> Vec<u8>) -> Answer {
+        let Some(shown) = self.view.get().shown else {
+            return Answer::refusal("503 Service Unavailable", "nothing is lit yet");
+        };
+        let (picture, mut buffer) = (shown.pixels.picture(), PaneBuffer::default());
+        Answer::of("image/jpeg", encode(&self.overlay.get().over(&picture, FULL, &mut buffer)))
+    }
+
     fn answer(&self, path: &str) -> Answer {
         match path {
             "/" => Answer::of("text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
             "/status.json" => Answer::of("application/json", json(&self.facts())),
             "/glass.json" => Answer::of("application/json", json(&Showing::of(&self.view.get()))),
             "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
-            "/screen.jpg" => match self.view.get().shown {
-                Some(shown) => {
-                    let (picture, mut buffer) = (shown.pixels.picture(), PaneBuffer::default());
-                    Answer::of("image/jpeg", jpeg::encode(&self.overlay.get().over(&picture, FULL, &mut buffer)))
-                }
-                None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
-            },
+            "/screen.jpg" => self.picture(jpeg::encode),
+            "/small.jpg" => self.picture(jpeg::encode_small),
             _ => Answer::refusal("404 Not Found", "no such page"),
         }
     }

@@ -7,10 +7,11 @@ use super::breeding::{answer, report as report_of_votes};
 use claims::bundle_maker::rubbish;
 use claims::fleet::{Fleet, Hook};
 use claims::programs::{dreams, json, output};
+use claims::status_page::{on_a_port, pixels};
 use claims::unit::Unit;
 use claims::wait;
 use claims::web::{Behaviour, WebServer};
-use ct_codecs::{Base64, Encoder};
+use ct_codecs::{Base64, Decoder, Encoder};
 use serde_json::{Value, json};
 use std::fs;
 use std::io::Write;
@@ -84,6 +85,31 @@ fn a_unit_that_reports_is_shown_with_what_hangs_there_and_is_still_known_after_a
     let shown = again.units();
     let kinds: Vec<_> = shown["units"][0]["wrong"].as_array().unwrap().iter().map(|wrong| &wrong["kind"]).collect();
     assert_eq!((&shown["ok"], kinds), (&json!(false), vec![&json!("update-failed"), &json!("no-player")]), "{shown}");
+}
+
+#[test]
+fn the_picture_on_the_wall_is_shown_where_the_owner_allows_it() {
+    let unit = Unit::new();
+    let (_playing, _running, page) = on_a_port();
+    let fleet = Fleet::of(&unit.path("reports"), &[]);
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let (config, owner) = (unit.path("update.toml"), unit.path("owner.toml"));
+    fs::write(&config, format!("status = \"{page}\"\nowner = {owner:?}\n")).unwrap();
+    for (allowed, status) in [("", 404), ("report_picture = true\n", 200), ("", 404)] {
+        fs::write(&owner, format!("report_to = \"http://{}/units\"\n{allowed}", fleet.place)).unwrap();
+        let mut update = unit.update_from(Some(Path::new(&web.url())));
+        let schedule = tempfile::tempdir().unwrap();
+        output(update.arg("--config").arg(&config).arg("--schedule").arg(schedule.path().join("schedule")));
+        assert_eq!(fleet.units()["units"][0]["flock"], "small", "{allowed}");
+        assert_eq!(fleet.get("/picture/lobby").status, status, "{allowed}");
+        let report: Value = serde_json::from_slice(&fs::read(unit.path("reports/lobby.json")).unwrap()).unwrap();
+        let jpeg = report.get("picture").map(|picture| {
+            Base64::decode_to_vec(picture.as_str().unwrap(), None).expect("the picture is written in Base64")
+        });
+        let size = jpeg.map(|jpeg| pixels(&jpeg, "jpg").len());
+        assert_eq!(size, (status == 200).then_some(320 * 240 * 3), "{allowed}");
+    }
 }
 
 #[test]
