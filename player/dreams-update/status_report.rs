@@ -3,8 +3,7 @@
 //! Owns the document: the unit's name, the result of the update run, the state of the machine, the player's status
 //! document, and if its config says so the votes of the people before it. It is sent once after each run on the schedule,
 //! or as often as the owner says (`report_every`); if it does not arrive nothing else changes. Never sent over TLS by a
-//! unit that does
-//! not know the time: it could not fully check the certificate.
+//! unit that does not know the time: it could not fully check the certificate.
 //!
 //! Start at [`send`].
 
