@@ -19,7 +19,7 @@ pub(crate) fn remember(left: Option<&Rollback>, running: &Version, path: &Path, 
     let changed = match left {
         Some(left) if known.as_ref().is_none_or(|known| known.from != left.from) => left.write(path).inspect(|()| {
             warn!(from = left.from, running = %running, why = left.why, "a newer system was left");
-            tell(left, running, notice);
+            show(left, running, notice);
         }),
         None if known.is_some_and(|known| Version::parse(&known.from).is_ok_and(|from| from <= *running)) => {
             fs::remove_file(path)
@@ -31,7 +31,7 @@ pub(crate) fn remember(left: Option<&Rollback>, running: &Version, path: &Path, 
     }
 }
 
-fn tell(left: &Rollback, running: &Version, notice: Option<&Path>) {
+fn show(left: &Rollback, running: &Version, notice: Option<&Path>) {
     let Some(path) = notice else { return };
     if let Err(error) = said(left, running).tell(path) {
         warn!(error = chain(&error), "cannot write the notice");

@@ -45,7 +45,7 @@ pub(crate) struct Options {
     /// The version of the system that runs, which is a good one
     #[arg(long, value_name = "VERSION", value_parser = Version::parse)]
     pub(crate) running: Version,
-    /// Tell people in front of the picture, through this file, if something was damaged, or a newer system was left
+    /// Write a notice for the picture to this file, if something was damaged, or a newer system was left
     #[arg(long, alias = "card", value_name = "FILE")]
     pub(crate) notice: Option<PathBuf>,
     /// Remember in this file which newer system this unit has left, and why

@@ -6,7 +6,7 @@
 use std::io::{self, ErrorKind, Read};
 use ureq::Error;
 
-/// What may be wrong with a certificate, by the words of who judges it.
+/// What may be wrong with a certificate, in the words of the library that verifies it.
 const CERTIFICATES: [(&str, &str); 4] = [
     ("expired", "it has expired"),
     ("not valid yet", "it is not valid yet"),

@@ -4,7 +4,7 @@
 //! `localhost` or by a name that was given, which stops names that lead here (DNS rebinding); a report must be JSON and must
 //! not come from a page in a browser. Never looks into a body.
 //!
-//! Start at [`Doors::judge`].
+//! Start at [`Doors::check`].
 
 use std::net::{IpAddr, Ipv6Addr};
 
@@ -27,7 +27,7 @@ pub(crate) type Refusal = (StatusCode, String);
 impl Doors {
     /// Lets a request in, or not.
     /// Errors: What is answered instead.
-    pub(crate) fn judge(&self, request: &Parts) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, request: &Parts) -> Result<(), Refusal> {
         let mut hosts = request.headers.get_all(HOST).iter();
         let host = hosts.next().and_then(|host| host.to_str().ok());
         if hosts.next().is_some() || !host.is_some_and(|host| self.is_ours(host)) {
@@ -84,16 +84,16 @@ mod tests {
     use super::*;
     use axum::http::Request;
 
-    fn judged(doors: &Doors, method: &str, path: &str, headers: &[(&str, &str)]) -> u16 {
+    fn status_of(doors: &Doors, method: &str, path: &str, headers: &[(&str, &str)]) -> u16 {
         let request = Request::builder().method(method).uri(path);
         let request = headers.iter().fold(request, |request, (name, value)| request.header(*name, *value));
-        doors.judge(&request.body(()).unwrap().into_parts().0).map_or_else(|(status, _)| status.as_u16(), |()| 200)
+        doors.check(&request.body(()).unwrap().into_parts().0).map_or_else(|(status, _)| status.as_u16(), |()| 200)
     }
 
     #[test]
     fn only_addresses_and_given_names_lead_here() {
         let doors = Doors { names: vec!["fleet.example.org".to_owned()], path: None };
-        let host = |host: &str| judged(&doors, "GET", "/", &[("host", host)]);
+        let host = |host: &str| status_of(&doors, "GET", "/", &[("host", host)]);
         for ours in ["127.0.0.1:7181", "localhost", "LOCALHOST:1", "[::1]:7181", "192.168.1.5:80", "Fleet.Example.Org"]
         {
             assert_eq!(host(ours), 200, "{ours}");
@@ -102,20 +102,20 @@ mod tests {
         {
             assert_eq!(host(other), 421, "{other}");
         }
-        assert_eq!(judged(&doors, "GET", "/", &[]), 421);
-        assert_eq!(judged(&doors, "GET", "/", &[("host", "localhost"), ("host", "evil.example")]), 421);
+        assert_eq!(status_of(&doors, "GET", "/", &[]), 421);
+        assert_eq!(status_of(&doors, "GET", "/", &[("host", "localhost"), ("host", "evil.example")]), 421);
     }
 
     #[test]
     fn a_report_is_json_at_its_path_and_from_no_browser() {
         let doors = Doors { names: Vec::new(), path: Some("/units".to_owned()) };
         let (here, json) = (("host", "localhost"), ("content-type", "application/json; charset=utf-8"));
-        assert_eq!(judged(&doors, "POST", "/units", &[here, json]), 200);
-        assert_eq!(judged(&doors, "POST", "/", &[here, json]), 404);
-        assert_eq!(judged(&Doors::default(), "POST", "/", &[here, json]), 200);
-        assert_eq!(judged(&doors, "POST", "/units", &[here]), 415);
-        assert_eq!(judged(&doors, "POST", "/units", &[here, ("content-type", "text/plain")]), 415);
-        assert_eq!(judged(&doors, "POST", "/units", &[here, json, ("origin", "http://localhost")]), 403);
+        assert_eq!(status_of(&doors, "POST", "/units", &[here, json]), 200);
+        assert_eq!(status_of(&doors, "POST", "/", &[here, json]), 404);
+        assert_eq!(status_of(&Doors::default(), "POST", "/", &[here, json]), 200);
+        assert_eq!(status_of(&doors, "POST", "/units", &[here]), 415);
+        assert_eq!(status_of(&doors, "POST", "/units", &[here, ("content-type", "text/plain")]), 415);
+        assert_eq!(status_of(&doors, "POST", "/units", &[here, json, ("origin", "http://localhost")]), 403);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What is wrong with a unit, and what to do.
 //!
-//! Owns the kinds of wrong things, their limits and their sentences. Pure rules: time comes in as an argument.
+//! Owns the kinds of wrong things, their limits and their sentences. Pure rules: the time is an argument.
 //!
 //! | kind | it is wrong if |
 //! |---|---|

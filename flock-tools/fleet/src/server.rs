@@ -1,7 +1,7 @@
 //! Receives reports, and answers with page, metrics and JSON.
 //!
 //! Owns the routes, the headers of every answer, and how much strangers may cost: the number of connections, each of which
-//! is one request, its time, the bytes of a report, and how many are read at once. Never judges a report: `desk` does.
+//! is one request, its time, the bytes of a report, and how many are read at once. Never reads a report: `desk` does.
 //!
 //! Start at [`router`] and [`serve`].
 
@@ -101,7 +101,7 @@ pub(crate) fn router(desk: Arc<Desk>, doors: Doors) -> Router {
 /// Lets a request in or not, and puts the headers on whatever is answered.
 async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let (parts, body) = request.into_parts();
-    let mut response = match app.doors.judge(&parts) {
+    let mut response = match app.doors.check(&parts) {
         Ok(()) => next.run(Request::from_parts(parts, body)).await,
         Err(refusal) => refusal.into_response(),
     };

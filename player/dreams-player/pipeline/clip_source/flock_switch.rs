@@ -46,7 +46,7 @@ impl ClipSource {
         self.go_over(next, Some(&leg.place))
     }
 
-    /// Goes over to the flock that is to be played by now, or to the one that stands in, when nothing of the one at hand
+    /// Changes to the flock that is to be played by now, or to the one that stands in, when nothing of the one at hand
     /// can be played. Whether there was another one.
     pub(super) fn change_from_nothing(&mut self) -> bool {
         let Some(next) = self.next_generation().or_else(|| self.standing_in()) else { return false };
