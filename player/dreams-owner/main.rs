@@ -1,6 +1,6 @@
 //! `dreams-owner`: does what the owner of a unit has set, as far as that is neither the player's nor the updater's.
 //!
-//! Owns the command line. What may be set is `player::owner` and `player::wifi`. Never changes the owner's file.
+//! Owns the command line. What may be set is `settings::owner` and `settings::wifi`. Never changes the owner's file.
 //!
 //! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio,
 //! and at `restart.rs`, which is run when a new system waits for its start.
@@ -8,7 +8,6 @@
 
 mod connect;
 mod link;
-mod owners_text;
 mod restart;
 mod sentences;
 mod supplicant;

@@ -8,9 +8,10 @@
 use bundle::CurrentGeneration;
 use clap::Args;
 use diagnostics::Exit;
+use player::ClockReader;
 use player::clock::{SYNCHRONISED, SYSTEM};
-use player::hours::{Brightness, Day};
-use player::{ClockReader, Owner};
+use settings::Owner;
+use settings::hours::{Brightness, Day};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;

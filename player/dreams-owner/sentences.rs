@@ -3,11 +3,11 @@
 //! Owns those sentences. A notice has little room: each says what is expected, and repeats no value, which may be long or a
 //! secret. `config/dreams.toml` explains the keys.
 
-use crate::owners_text::NoText;
 use diagnostics::did_you_mean;
-use player::ConfigError;
-use player::config_file::Mistake;
-use player::owner::FILE_NAME;
+use settings::ConfigError;
+use settings::config_file::Mistake;
+use settings::owner::FILE_NAME;
+use settings::owners_text::NoText;
 use std::io::ErrorKind;
 
 /// How each key is set.
@@ -109,10 +109,11 @@ fn capital(question: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{FORMS, of_line, of_misnamed, of_no_text, of_settings};
-    use crate::owners_text::NoText;
-    use player::config_file::{ConfigError, Mistake};
-    use player::owner::FILE_NAME;
-    use player::{Notice, Owner};
+    use player::Notice;
+    use settings::Owner;
+    use settings::config_file::{ConfigError, Mistake};
+    use settings::owner::FILE_NAME;
+    use settings::owners_text::NoText;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../config/dreams.toml");

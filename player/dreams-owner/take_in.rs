@@ -6,14 +6,15 @@
 //!
 //! Start at [`run`].
 
-use crate::owners_text::{NoText, OwnersText};
 use crate::sentences;
 use clap::Args;
 use diagnostics::{Exit, chain, print_error};
-use player::kept::{Kept, resolved_path};
-use player::owner::FILE_NAME;
-use player::wifi::{Wifi, without_password};
-use player::{ConfigError, Lasting, Notice, Owner};
+use player::{Lasting, Notice};
+use settings::kept::{Kept, resolved_path};
+use settings::owner::FILE_NAME;
+use settings::owners_text::{NoText, OwnersText};
+use settings::wifi::{Wifi, without_password};
+use settings::{ConfigError, Owner};
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

@@ -4,8 +4,9 @@
 
 use diagnostics::{Exit, print_error};
 use flock::ManifestError;
-use player::{ConfigError, ThreadError};
+use player::ThreadError;
 use screen::ScreenError;
+use settings::ConfigError;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -89,7 +90,7 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
 mod tests {
     use super::{Exit, Fatal};
     use diagnostics::chain;
-    use player::{ConfigError, config_file};
+    use settings::{ConfigError, config_file};
     use std::io;
 
     #[test]

@@ -27,10 +27,10 @@ mod startup;
 mod status;
 mod stream;
 
+use crate::settings::Options;
 use clap::Parser;
 use fatal::Fatal;
 use player::journal;
-use settings::Options;
 use startup::{prelude, still};
 use std::process::ExitCode;
 

@@ -7,8 +7,8 @@ use crate::schedule::Window;
 use bundle::UnitId;
 use player::LogLevel;
 use player::clock::{SYNCHRONISED, SYSTEM};
-use player::config_file::unit;
 use serde::Deserialize;
+use settings::config_file::unit;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -74,7 +74,7 @@ impl Default for Config {
     }
 }
 
-player::ranged! {
+settings::ranged! {
     every_minutes -> u64: EVERY_MINUTES;
     bandwidth_kib -> u64: BANDWIDTH_KIB;
     reserve_mib -> u64: RESERVE_MIB;
@@ -83,7 +83,7 @@ player::ranged! {
 #[cfg(test)]
 mod tests {
     use super::Config;
-    use player::config_file::parse;
+    use settings::config_file::parse;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../config/update.toml");

@@ -180,8 +180,8 @@ fn no_page(mut reader: impl Read) -> io::Result<impl Read> {
 mod tests {
     use super::{HttpSource, no_page, part_of};
     use crate::tls::Judgement;
-    use player::authorities::Authorities;
     use player::clock::ClockReader;
+    use settings::authorities::Authorities;
     use std::io::Read;
 
     #[test]

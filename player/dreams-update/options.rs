@@ -8,9 +8,10 @@ use crate::stick_format::StickFormat;
 use crate::tls::Judgement;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
-use player::authorities::Authorities;
-use player::button::VOTES_FOLDER;
-use player::{ClockReader, Owner, config_file};
+use player::ClockReader;
+use settings::authorities::Authorities;
+use settings::button::VOTES_FOLDER;
+use settings::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 

@@ -7,8 +7,8 @@
 //!
 //! Start at [`Schedule::is_due`].
 
-use player::day::{self, DAY_MIN};
 use serde::{Deserialize, Serialize};
+use settings::day::{self, DAY_MIN};
 use std::io;
 use std::path::Path;
 use std::str::FromStr;
@@ -118,7 +118,7 @@ impl FromStr for Window {
     }
 }
 
-player::from_string!(NoWindow: Window);
+settings::from_string!(NoWindow: Window);
 
 #[cfg(test)]
 mod tests {

@@ -8,7 +8,6 @@
 //! Start at [`Tls`].
 
 use player::Clock;
-use player::authorities::Authorities;
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::{CryptoProvider, ring};
@@ -17,6 +16,7 @@ use rustls::{
     CertificateError, ClientConfig, ClientConnection, DigitallySignedStruct, RootCertStore, SignatureScheme,
     StreamOwned,
 };
+use settings::authorities::Authorities;
 use std::fmt;
 use std::fs;
 use std::io::{Read, Write};

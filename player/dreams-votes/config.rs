@@ -3,9 +3,10 @@
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/votes.toml`, which a test holds equal to
 //! [`Config::default`].
 
-use player::button::{self, VOTES_FOLDER};
-use player::{ButtonDevice, Key, LogLevel, MarkSocket};
+use player::{LogLevel, MarkSocket};
 use serde::Deserialize;
+use settings::button::{self, VOTES_FOLDER};
+use settings::{ButtonDevice, Key};
 use std::path::PathBuf;
 
 /// Every setting, as `config/votes.toml` explains them.
@@ -45,7 +46,7 @@ impl Default for Config {
 #[cfg(test)]
 mod tests {
     use super::Config;
-    use player::config_file::parse;
+    use settings::config_file::parse;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../config/votes.toml");

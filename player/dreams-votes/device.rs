@@ -10,8 +10,8 @@
 //!
 //! Start at [`InputDevices::read`].
 
-use player::ButtonDevice;
 use rustix::fs::OFlags;
+use settings::ButtonDevice;
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Read};
 use std::os::unix::fs::OpenOptionsExt;

@@ -3,7 +3,7 @@
 //! Owns [`Fatal`] and its exit codes. A device or a player that is not there is waited for and ends nothing.
 
 use diagnostics::{Exit, print_error};
-use player::ConfigError;
+use settings::ConfigError;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;

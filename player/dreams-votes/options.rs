@@ -4,7 +4,8 @@
 
 use crate::config::Config;
 use clap::Parser;
-use player::{ButtonDevice, ConfigError, Key, MarkSocket, Owner, config_file};
+use player::MarkSocket;
+use settings::{ButtonDevice, ConfigError, Key, Owner, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.
@@ -61,7 +62,8 @@ mod tests {
     use crate::config::Config;
     use clap::Parser;
     use diagnostics::Exit;
-    use player::{ButtonDevice, Key, MarkSocket};
+    use player::MarkSocket;
+    use settings::{ButtonDevice, Key};
     use std::fs;
     use std::path::PathBuf;
 

@@ -30,7 +30,7 @@ impl FromStr for LogLevel {
     }
 }
 
-crate::from_string!(NoLogLevel: LogLevel);
+settings::from_string!(NoLogLevel: LogLevel);
 
 /// Opens the journal if systemd gave us one (it says so in `JOURNAL_STREAM`), else standard error. Lines less urgent
 /// than `level` are left out.

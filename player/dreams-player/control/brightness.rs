@@ -1,13 +1,14 @@
 //! The brightness and the hours of the display: a thread that looks every second what they are to be.
 //!
-//! The settings of the unit's owner win over the config. `player::hours` computes the brightness, `player::owner` reads
-//! the owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
+//! The settings of the unit's owner win over the config. `settings::hours` computes the brightness, `settings::owner`
+//! reads the owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
 //!
 //! Start at [`BrightnessControl::start`].
 
-use player::hours::{Day, Lighting};
-use player::{ClockReader, FileVersion, Owner, ThreadError, hold, kept, threads};
+use player::{ClockReader, ThreadError, hold, threads};
 use screen::OutputSettings;
+use settings::hours::{Day, Lighting};
+use settings::{FileVersion, Owner, kept};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -92,9 +93,9 @@ impl BrightnessControl {
 #[cfg(test)]
 mod tests {
     use super::BrightnessControl;
-    use player::hours::{Day, Lighting, Night};
-    use player::kept::{self, Kept};
-    use player::week::Closed;
+    use settings::hours::{Day, Lighting, Night};
+    use settings::kept::{self, Kept};
+    use settings::week::Closed;
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.

@@ -11,7 +11,8 @@
 use crate::control::notice_pane::NoticePane;
 use crate::control::pane::{Overlay, Pane};
 use crate::recording::{Faults, Kind, SharedView, Slowness};
-use player::{FileVersion, Lasting, Notice, ThreadError, threads};
+use player::{Lasting, Notice, ThreadError, threads};
+use settings::FileVersion;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;

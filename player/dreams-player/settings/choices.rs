@@ -117,7 +117,7 @@ impl FromStr for StatusAddress {
     }
 }
 
-player::from_string!(SettingError: ScreenChoice, Clock, StatusAddress);
+settings::from_string!(SettingError: ScreenChoice, Clock, StatusAddress);
 
 impl fmt::Display for StatusAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,11 +4,11 @@
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
-use player::hours::{Brightness, Day, Night, Zone};
-use player::week::{Closed, Hours};
 use player::{LogLevel, MarkSocket};
 use serde::Deserialize;
 use serde::de::Deserializer;
+use settings::hours::{Brightness, Day, Night, Zone};
+use settings::week::{Closed, Hours};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ impl Config {
     }
 }
 
-player::ranged! {
+settings::ranged! {
     seed -> Option<u64>: SEED;
     clips -> Option<u64>: CLIPS;
     threads -> u64: THREADS;
@@ -119,7 +119,7 @@ fn notice<'de, D: Deserializer<'de>>(from: D) -> Result<PathBuf, D::Error> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::{Config, EARLIER_NOTICE};
-    use player::config_file::parse;
+    use settings::config_file::parse;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../../config/player.toml");

@@ -6,9 +6,10 @@
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
 use crate::settings::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use clap::{Parser, value_parser};
-use player::hours::{Brightness, Night, Zone};
-use player::week::Hours;
-use player::{ConfigError, LogLevel, MarkSocket, config_file};
+use player::{LogLevel, MarkSocket};
+use settings::hours::{Brightness, Night, Zone};
+use settings::week::Hours;
+use settings::{ConfigError, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.

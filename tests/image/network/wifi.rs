@@ -2,7 +2,7 @@
 //!
 //! Owns the claims, on two simulated radios of `mac80211_hwsim`: the unit has one, and `hostapd` in its own network
 //! namespace has the other. Both programs and the module come on a disk of the test and are not part of the unit's
-//! system. The settings are tried in `player/src/wifi.rs`, the notices in `player/dreams-owner/link.rs`.
+//! system. The settings are tried in `crates/settings/src/wifi.rs`, the notices in `player/dreams-owner/link.rs`.
 //!
 //! Start at [`a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot`].
 

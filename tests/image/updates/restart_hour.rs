@@ -1,7 +1,7 @@
 //! A unit that plays day and night restarts into its next system.
 //!
 //! Owns the claim that it does so by itself at the set hour, and not before. The hours are tried in
-//! `player/src/hours.rs`, what delays the restart in `it/unit/owner_settings.rs`.
+//! `crates/settings/src/hours.rs`, what delays the restart in `it/unit/owner_settings.rs`.
 
 use crate::machine::PAUSE;
 use crate::machine::clock::now;

@@ -25,6 +25,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("votes", 1),
     ("bundle", 2),
     ("operations", 3),
+    ("settings", 3),
     ("commands", 4),
     ("studio", 4),
     ("fleet", 4),

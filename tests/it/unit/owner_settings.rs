@@ -1,7 +1,7 @@
 //! The owner's settings.
 //!
 //! Owns the claims on `dreams-owner`, and on the player and the updater that read what it kept. The keys and values are
-//! tried in `player/src/owner.rs`.
+//! tried in `crates/settings/src/owner.rs`.
 
 use bundle::ObjectId;
 use claims::bundle_maker::rubbish;

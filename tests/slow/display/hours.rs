@@ -1,7 +1,7 @@
 //! Hours and brightness on a real display driver.
 //!
-//! Owns the claims on the run of an evening, a night and a morning; `player/src/hours.rs` decides what is shown when,
-//! and is tried there.
+//! Owns the claims on the run of an evening, a night and a morning; `crates/settings/src/hours.rs` decides what is shown
+//! when, and is tried there.
 
 use crate::display::scanout::{SHORT, scanned_out};
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};

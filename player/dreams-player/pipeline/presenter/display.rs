@@ -7,8 +7,8 @@ use crate::control::FULL;
 use crate::pipeline::black_picture::Blackout;
 use crate::pipeline::playback::Kept;
 use crate::recording::Record;
-use player::hours::Lighting;
 use screen::{DimmedBy, Light, ScreenError};
+use settings::hours::Lighting;
 use std::sync::Arc;
 
 /// By which power of a sample a display is bright.

@@ -1,12 +1,12 @@
 //! The owner's file, as people write it.
 //!
 //! Owns the finding of the file in its folder, and what its bytes are: text in UTF-8, another form of text, or nothing.
-//! Never knows a key: `player::owner` does.
+//! Never knows a key: `owner.rs` does.
 //!
 //! Start at [`OwnersText::read`].
 
-use player::config_file::LARGEST;
-use player::owner::FILE_NAME;
+use crate::config_file::LARGEST;
+use crate::owner::FILE_NAME;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::Path;
@@ -17,16 +17,16 @@ const UTF_16: [&[u8]; 2] = [b"\xff\xfe", b"\xfe\xff"];
 
 /// What there is in the owner's folder.
 #[derive(Debug)]
-pub(crate) struct OwnersText {
+pub struct OwnersText {
     /// The text of the file, or what it has instead; `None` if there is no file.
-    pub(crate) text: Option<Result<String, NoText>>,
+    pub text: Option<Result<String, NoText>>,
     /// A file that is meant, and has another name.
-    pub(crate) misnamed: Option<String>,
+    pub misnamed: Option<String>,
 }
 
 /// What a file has that is no text for us.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NoText {
+pub enum NoText {
     /// Nothing, or blanks only.
     #[error("it is empty; lines that begin with `#` alone take all settings back")]
     Empty,
@@ -44,7 +44,7 @@ pub(crate) enum NoText {
 impl OwnersText {
     /// What there is in `folder`.
     /// Errors: What the file system says, and [`ErrorKind::FileTooLarge`] for a file that is longer than settings may be.
-    pub(crate) fn read(folder: &Path) -> io::Result<Self> {
+    pub fn read(folder: &Path) -> io::Result<Self> {
         let text = match durable::read_plain(&folder.join(FILE_NAME), LARGEST) {
             Err(error) if error.kind() == ErrorKind::NotFound => None,
             bytes => Some(decoded(&bytes?)),

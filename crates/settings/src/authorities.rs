@@ -65,7 +65,7 @@ fn certificates(bytes: &[u8]) -> Vec<Option<CertificateDer<'static>>> {
 mod tests {
     use super::{Authorities, NoAuthorities};
 
-    const GOOD: &str = include_str!("../../tests/fixtures/certificates/authority.pem");
+    const GOOD: &str = include_str!("../../../tests/fixtures/certificates/authority.pem");
     const RUBBISH: &str = "-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n";
 
     #[test]

@@ -154,7 +154,7 @@ mod tests {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    const SAMPLE: &str = include_str!("../../config/dreams.toml");
+    const SAMPLE: &str = include_str!("../../../config/dreams.toml");
     const SET: &str = "unit = \"lobby\" # by the lift\nhours = '08:00-23:00'\nrotate = 90\n\
         address = \"192.0.2.7/24\"\ngateway = \"192.0.2.1\"\ndns = [\"192.0.2.53\"]\nproxy = \"http://192.0.2.9:3128\"\n\
         keys = [\"RWQy3+khO/aeoan0+vYoGE2vsmEBxY8VExI8+6bTi1Y6xEJXDYvODn+o\"]\nbutton = \"any\"\nreport_votes = false\n";

@@ -285,7 +285,7 @@ mod tests {
     use screen::OutputSettings;
     use std::path::Path;
 
-    const SAMPLE: &str = include_str!("../../config/dreams.toml");
+    const SAMPLE: &str = include_str!("../../../config/dreams.toml");
 
     fn read(text: &str) -> Result<Owner, String> {
         Owner::parse(Path::new("dreams.toml"), text).map_err(|error| error.to_string())
