@@ -58,6 +58,7 @@ mod tools {
     mod publish;
     pub(crate) mod render;
     mod report;
+    mod settings;
     mod still;
     mod tutorial;
 }

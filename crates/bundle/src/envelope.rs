@@ -61,12 +61,18 @@ pub(crate) fn signed(key: &SecretKey, comment: &str, text: &str) -> Result<Vec<u
 
 /// Reads the seal at `path` of `source`.
 pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refusal> {
-    let read = source.small(path, limits::SEAL).and_then(|reader| durable::read_all(reader, limits::SEAL));
-    read.map_err(|error| {
-        if error.kind() == std::io::ErrorKind::FileTooLarge {
-            TOO_LARGE
+    read_part(source, path, &Part::Seal, limits::SEAL)
+}
+
+/// Reads the signed `part` at `path` of `source`, of at most `limit` bytes.
+pub(crate) fn read_part(source: &mut dyn Source, path: &str, part: &Part, limit: u64) -> Result<Vec<u8>, Refusal> {
+    let read = source.small(path, limit).and_then(|reader| durable::read_all(reader, limit));
+    read.map_err(|source| {
+        let part = part.clone();
+        if source.kind() == std::io::ErrorKind::FileTooLarge {
+            Refusal::TooLarge { part, limit }
         } else {
-            Refusal::Read { part: Part::Seal, source: error }
+            Refusal::Read { part, source }
         }
     })
 }

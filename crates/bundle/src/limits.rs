@@ -6,6 +6,8 @@
 
 /// Bytes of a seal: signature and text.
 pub const SEAL: u64 = 16 << 10;
+/// Bytes of the owner's file in signed settings, and of every other file of settings.
+pub const SETTINGS: u64 = 64 << 10;
 /// Units that one seal names.
 pub const UNITS: usize = 128;
 /// Seals in one folder.

@@ -64,6 +64,11 @@ impl<'a> Lines<'a> {
         }
     }
 
+    /// All unread lines, as they are.
+    pub(crate) fn rest(self) -> &'a str {
+        self.rest
+    }
+
     /// The error for the last line, if it is invalid.
     pub(crate) fn wrong_line(&self, wanted: &'static str, found: &str) -> Refusal {
         Refusal::Line { part: self.part.clone(), line: self.line, wanted, found: excerpt(found) }

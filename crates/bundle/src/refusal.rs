@@ -19,6 +19,8 @@ pub enum Part {
     Object(ObjectId),
     /// The seal.
     Seal,
+    /// Signed settings.
+    Settings,
     /// One or all statements of keys about keys.
     Statement,
 }
@@ -222,6 +224,7 @@ impl fmt::Display for Part {
             Self::Flock => f.write_str("`flock.toml`"),
             Self::Object(id) => write!(f, "object {id}"),
             Self::Seal => f.write_str("the seal"),
+            Self::Settings => f.write_str("the file of settings"),
             Self::Statement => f.write_str("a statement about keys"),
         }
     }

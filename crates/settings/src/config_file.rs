@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Bytes that are read, at most: a person's words, and no more. As a TOML document they take up to 560 times as many.
-pub const LARGEST: u64 = 64 << 10;
+pub const LARGEST: u64 = bundle::limits::SETTINGS;
 
 /// How serde's messages begin that are about keys, not values.
 const UNKNOWN: &str = "unknown field";

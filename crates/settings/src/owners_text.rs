@@ -54,6 +54,12 @@ impl OwnersText {
     }
 }
 
+/// The owner's file at `path`, whatever its name is.
+/// Errors: As of [`OwnersText::read`], and [`ErrorKind::NotFound`].
+pub fn read_file(path: &Path) -> io::Result<Result<String, NoText>> {
+    durable::read_plain(path, LARGEST).map(|bytes| decoded(&bytes))
+}
+
 /// The first name in `folder` that somebody has given to the file. On FAT, capital letters are the same name.
 fn misnamed(folder: &Path, is_there: bool) -> io::Result<Option<String>> {
     let names = match fs::read_dir(folder) {
@@ -69,7 +75,8 @@ fn misnamed(folder: &Path, is_there: bool) -> io::Result<Option<String>> {
 }
 
 /// The text in `bytes`, without a mark.
-fn decoded(bytes: &[u8]) -> Result<String, NoText> {
+/// Errors: [`NoText`], if there is none.
+pub fn decoded(bytes: &[u8]) -> Result<String, NoText> {
     let plain = bytes.strip_prefix(UTF_8).unwrap_or(bytes);
     let mark = UTF_16.into_iter().find_map(|mark| plain.strip_prefix(mark));
     let is_blank = |bytes: &[u8]| bytes.iter().all(|byte| byte.is_ascii_whitespace() || *byte == 0);

@@ -19,7 +19,7 @@
 //! | `balance` | `dreams balance`: weights, and transitions to add or remove |
 //! | `breeding` | `dreams pool`, `breed`, `votes`, `family`, `elect`: pools in which sheep are bred, and flocks from them |
 //! | `report` | `dreams report`: a flock as one page |
-//! | `bundles` | `dreams keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
+//! | `bundles` | `dreams keygen`, `pack`, `publish`, `settings`, `verify`, `diff`: a flock, a system or settings on their way to units |
 //!
 //! Start at the module of a command.
 #![forbid(unsafe_code)]

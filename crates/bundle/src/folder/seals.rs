@@ -1,4 +1,4 @@
-//! The seals in a folder of bundles.
+//! The seals in a folder of bundles, and signed settings beside them.
 //!
 //! Lists them, and replaces them by a rename after all objects that they refer to. They are not parsed here.
 #![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
@@ -10,31 +10,37 @@ use std::io;
 use super::{Folder, FolderError};
 use crate::limits;
 use crate::names::{Addressees, UnitId};
-use crate::{seal, system};
+use crate::{seal, settings, system};
 
 impl Folder {
     /// The addressees of the flocks' seals here; `None` stands for all units.
     pub fn seals(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
-        self.addressed("seals")
+        self.addressed("seals", ".seal")
     }
 
     /// The addressees of the systems' seals here.
     pub fn systems(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
-        match self.addressed("systems") {
+        match self.addressed("systems", ".seal") {
             Err(FolderError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
             addressed => addressed,
         }
     }
 
+    /// The addressees of the signed settings here; none if `settings` is no folder.
+    pub fn settings(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
+        let is_folder = fs::symlink_metadata(self.path.join("settings")).is_ok_and(|found| found.is_dir());
+        if is_folder { self.addressed("settings", ".settings") } else { Ok(BTreeSet::new()) }
+    }
+
     /// File names on a stick are untrusted: names that are not valid for a unit are ignored.
-    fn addressed(&self, folder: &str) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
+    fn addressed(&self, folder: &str, ending: &str) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
         let path = self.path.join(folder);
         let unread = |source| FolderError::Read { path: path.clone(), source };
         let everybody = Addressees::Anyone;
         let (mut seals, mut addressed) = (0, BTreeSet::new());
         for entry in fs::read_dir(&path).map_err(unread)? {
             let name = entry.map_err(unread)?.file_name();
-            let Some(stem) = name.to_str().and_then(|name| name.strip_suffix(".seal")) else { continue };
+            let Some(stem) = name.to_str().and_then(|name| name.strip_suffix(ending)) else { continue };
             match UnitId::new(stem) {
                 Ok(unit) => drop(addressed.insert(Some(unit))),
                 Err(_) if everybody.file_stems().contains(&stem) => drop(addressed.insert(None)),
@@ -57,6 +63,11 @@ impl Folder {
     /// The same for a system's seal.
     pub fn put_system(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
         self.lay_out(addressees, bytes, system::path)
+    }
+
+    /// The same for signed settings, which refer to no objects.
+    pub fn put_settings(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
+        self.lay_out(addressees, bytes, settings::path)
     }
 
     fn lay_out(&self, addressees: &Addressees, bytes: &[u8], path: fn(&str) -> String) -> Result<(), FolderError> {

@@ -25,6 +25,7 @@
 mod disk;
 mod install;
 mod intake;
+mod learned;
 mod plan;
 mod repair;
 mod state;
@@ -49,6 +50,7 @@ use crate::trust::{Trust, TrustUpdate};
 
 pub use disk::{Disk, LocalDisk, Protection};
 pub use intake::Intake;
+pub use learned::with_learned;
 pub use plan::{FetchItem, FetchPlan, Presence, Shortfall, plan};
 pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::{StagedSystems, SystemAdmission};

@@ -114,14 +114,14 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
     Ok(read_seals(&mut folder, pinned, wanted))
 }
 
-/// As [`read`], but without bundles there is no error if `there_are_systems` for these units.
-pub(super) fn read_beside_systems(
+/// As [`read`], but without bundles there is no error if `there_are_others` for these units: systems or settings.
+pub(super) fn read_beside_others(
     path: &Path,
     pinned: &Trust,
     units: &[UnitId],
-    there_are_systems: bool,
+    there_are_others: bool,
 ) -> Result<Vec<BundleEntry>, Fatal> {
-    if there_are_systems && !is_bundle_folder(path) { Ok(Vec::new()) } else { read(path, pinned, units) }
+    if there_are_others && !is_bundle_folder(path) { Ok(Vec::new()) } else { read(path, pinned, units) }
 }
 
 /// As [`read`], of all bundles, and without an error if there are none.
@@ -261,7 +261,7 @@ fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<V
     seal.fetch(folder)
 }
 
-fn refusal(seal: &str, refused: &Refusal) -> Fault {
+pub(super) fn refusal(seal: &str, refused: &Refusal) -> Fault {
     let is = |kind| matches!(refused, Refusal::Read { source, .. } if source.kind() == kind);
     let is_withheld = matches!(refused, Refusal::Withheld { found: None, .. });
     let kind = if is(io::ErrorKind::NotFound) || is_withheld {

@@ -1,4 +1,4 @@
-//! Bundles: a flock, or a system, signed, published for its units, and verified.
+//! Bundles: a flock, a system or settings, signed, published for its units, and verified.
 //!
 //! Owns what these commands have in common: how an error of a key, of a bundle or of a folder ends a command. Each command
 //! has its own module; the form of a bundle is the bundle crate's. Never opens a socket: a bundle is published as a folder.
@@ -13,6 +13,7 @@ pub mod keygen;
 pub mod pack;
 mod passphrase;
 pub mod publish;
+pub mod settings;
 pub mod system;
 pub mod verify;
 

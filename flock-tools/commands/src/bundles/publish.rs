@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let mut fleet = Fleet::read(&table)?;
     let systems = good_systems(&args.bundle, system::read(&args.bundle, &trust, &args.units)?)?;
-    let entries = bundle_folder::read_beside_systems(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let entries = bundle_folder::read_beside_others(&args.bundle, &trust, &args.units, !systems.is_empty())?;
     let publication = Publication { bundles: bundle_folder::good_bundles(&args.bundle, entries)?, systems };
     let to = Folder::open(&args.to).map_err(folder_fatal)?;
     // One writer at a time. On a file system without locks the artist must not publish twice at once.

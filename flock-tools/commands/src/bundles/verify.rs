@@ -10,7 +10,7 @@ use operations::program::{Exit, Fatal, print};
 
 use super::bundle_folder::{self, BundleEntry, Fault, Kind};
 use super::fleet::{self, Fleet};
-use super::{key_fatal, system};
+use super::{key_fatal, settings, system};
 
 /// Tell whether bundles are what a trusted key signed, whole and undamaged, and name everything that is not
 ///
@@ -34,7 +34,7 @@ pub struct Args {
     /// bundles]
     #[arg(long, value_name = "FILE", requires = "units")]
     fleet: Option<PathBuf>,
-    /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "faults": [...]}
+    /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "settings": [...], "faults": [...]}
     #[arg(long)]
     json: bool,
 }
@@ -44,6 +44,7 @@ struct Answer<'a> {
     ok: bool,
     bundles: Vec<BundleSummary<'a>>,
     systems: Vec<String>,
+    settings: Vec<String>,
     faults: &'a [Fault],
 }
 
@@ -65,11 +66,15 @@ struct BundleSummary<'a> {
 pub fn run(args: &Args) -> Result<Exit, Fatal> {
     let trust = Trust::read(&args.trust).map_err(key_fatal)?;
     let systems = system::read(&args.bundle, &trust, &args.units)?;
-    let entries = bundle_folder::read_beside_systems(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let settings = settings::read(&args.bundle, &trust, &args.units)?;
+    let is_other = !systems.is_empty() || !settings.is_empty();
+    let entries = bundle_folder::read_beside_others(&args.bundle, &trust, &args.units, is_other)?;
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let fleet = if args.units.is_empty() { Fleet::default() } else { Fleet::read(&table)? };
     let entries = bundle_folder::admit(entries, &args.units, &fleet);
-    let faults = bundle_folder::faults(&args.bundle, &entries, &systems);
+    let mut faults = bundle_folder::faults(&args.bundle, &entries, &systems);
+    let (settings, refused) = settings::lines(&settings);
+    faults.extend(refused);
     let good = systems.iter().filter_map(|entry| Some((entry.unit.as_ref(), entry.system.as_ref().ok()?)));
     let systems: Vec<String> = good.map(|(unit, system)| system::line(unit, system)).collect();
     let bundles = entries.iter().filter_map(summary).collect();
@@ -79,9 +84,10 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         _ => Exit::No,
     };
     if args.json {
-        print::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
+        print::json(&Answer { ok: faults.is_empty(), bundles, systems, settings, faults: &faults })?;
     } else {
-        print::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
+        let good = bundles.iter().map(line).chain(systems).chain(settings);
+        print::lines(good.chain(faults.iter().map(|fault| fault.message.clone())))?;
         print::note(&print::count(faults.len(), "fault"));
     }
     Ok(exit)
