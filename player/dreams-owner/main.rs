@@ -1,12 +1,17 @@
 //! `dreams-owner`: does what the owner of a unit has set, as far as that is neither the player's nor the updater's.
 //!
-//! Owns the command line. What may be set is `settings::owner` and `settings::wifi`. Never changes the owner's file.
+//! Owns the command line. What may be set is `settings::owner` and `settings::wifi`. Changes the owner's file only to one
+//! that was signed for this unit.
 //!
-//! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio,
+//! Start at `take_in.rs`, which is run when the owner's partition is there, at `from_stick.rs`, which is run when a stick
+//! is there, at `install.rs`, which is run when settings have arrived on one, at `connect.rs`, which is run for a radio,
 //! and at `restart.rs`, which is run when a new system waits for its start.
 #![forbid(unsafe_code)]
 
 mod connect;
+mod from_stick;
+mod inbox;
+mod install;
 mod link;
 mod restart;
 mod sentences;
@@ -19,8 +24,8 @@ use std::process::ExitCode;
 /// The end of the help. `diagnostics::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
-  0  the owner's settings are kept, or there are none; the unit may restart
-  1  the answer is no: the unit may not restart now
+  0  the owner's settings are kept, or there are none; those of the stick wait, or there are none; the unit may restart
+  1  the answer is no: the unit may not restart now, or the settings on the stick are refused
   2  the command line or the owner's file is wrong, or a file that is meant has another name: the last good settings stay
   3  a file could not be read or written, or a program not be run";
 
@@ -35,6 +40,8 @@ struct Options {
 #[derive(Debug, Subcommand)]
 enum Work {
     TakeIn(take_in::Options),
+    FromStick(from_stick::Options),
+    Install(install::Options),
     Connect(connect::Options),
     MayRestart(restart::Options),
 }
@@ -42,6 +49,8 @@ enum Work {
 fn main() -> ExitCode {
     let exit = match Options::parse().work {
         Work::TakeIn(options) => take_in::run(&options),
+        Work::FromStick(options) => from_stick::run(&options),
+        Work::Install(options) => install::run(&options),
         Work::Connect(options) => connect::run(&options),
         Work::MayRestart(options) => restart::run(&options),
     };

@@ -1,8 +1,10 @@
-//! The notices about the owner's file: what is wrong in it, and how it is put right.
+//! The notices about the owner's file and about settings on a stick: what is wrong in them, and how it is put right.
 //!
 //! Owns those sentences. A notice has little room: each says what is expected, and repeats no value, which may be long or a
 //! secret. `config/dreams.toml` explains the keys.
 
+use crate::from_stick::Fatal;
+use bundle::{Refusal, few};
 use diagnostics::did_you_mean;
 use settings::ConfigError;
 use settings::config_file::Mistake;
@@ -49,6 +51,62 @@ const FORMS: [(&str, &str); 32] = [
 const KEY: usize = 24;
 /// What follows each of them.
 const STAYS: &str = "The settings before it stay.";
+
+/// What is said of settings on a stick when the owner's partition has them.
+pub(crate) const IN_USE: &str = "New settings are in use. You may remove the stick.";
+/// What is said of those that the unit has had.
+pub(crate) const KNOWN: &str = "This frame has had these settings already. You may remove the stick.";
+/// What is said if the data disk does not take settings.
+pub(crate) const NO_MEMORY: &str = "The memory of this frame does not take the settings. The picture goes on.";
+/// What is said if the owner's partition does not take them.
+pub(crate) const NO_PARTITION: &str =
+    "The owner's partition does not take the new settings. The settings before it stay.";
+const AGAIN: &str = "The stick could not be read to its end. Put it in again.";
+
+/// Why settings on a stick are not taken.
+pub(crate) fn of_stick(fatal: &Fatal) -> String {
+    match fatal {
+        Fatal::Config(_) | Fatal::Host(_) | Fatal::Keys(_) | Fatal::Nameless(_) => {
+            "This frame is not set up to take settings from a stick.".to_owned()
+        }
+        Fatal::ForOthers { units, unit } => format!("These settings are for {}. This frame is {unit}.", few(units)),
+        Fatal::Inbox { .. } | Fatal::Store(_) => NO_MEMORY.to_owned(),
+        Fatal::Malformed(error) => of_settings(error),
+        Fatal::NoText(found) => of_no_text(*found),
+        Fatal::Older { sequence, last, .. } => {
+            format!("These settings are number {sequence}. This frame has already had number {last}.")
+        }
+        Fatal::Refused(refused) => of_refused(refused),
+        Fatal::Stick(_) => AGAIN.to_owned(),
+    }
+}
+
+fn of_refused(refused: &Refusal) -> String {
+    match refused {
+        Refusal::ForOthers { addressees, unit } => {
+            format!("These settings are for {}. This frame is {unit}.", addressees.summary())
+        }
+        Refusal::Read { .. } => AGAIN.to_owned(),
+        Refusal::Forged { .. }
+        | Refusal::NotSigned { .. }
+        | Refusal::RevokedKey { .. }
+        | Refusal::UnknownKey { .. } => "These settings are not signed by a key of this frame.".to_owned(),
+        Refusal::Damaged { .. }
+        | Refusal::ForEverybody { .. }
+        | Refusal::Length { .. }
+        | Refusal::Line { .. }
+        | Refusal::MarkedBad { .. }
+        | Refusal::MissingFile { .. }
+        | Refusal::Name { .. }
+        | Refusal::NotAFlock { .. }
+        | Refusal::Older { .. }
+        | Refusal::Order { .. }
+        | Refusal::Quota { .. }
+        | Refusal::TooLarge { .. }
+        | Refusal::TooMany { .. }
+        | Refusal::Withheld { .. } => "These settings are damaged, or were made wrongly.".to_owned(),
+    }
+}
 
 /// What is wrong with the settings in the file.
 pub(crate) fn of_settings(error: &ConfigError) -> String {
@@ -108,7 +166,12 @@ fn capital(question: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{FORMS, of_line, of_misnamed, of_no_text, of_settings};
+    use super::{
+        AGAIN, FORMS, IN_USE, KNOWN, NO_MEMORY, NO_PARTITION, of_line, of_misnamed, of_no_text, of_refused,
+        of_settings, of_stick,
+    };
+    use crate::from_stick::Fatal;
+    use bundle::{KeyId, Refusal, Sequence};
     use player::Notice;
     use settings::Owner;
     use settings::config_file::{ConfigError, Mistake};
@@ -160,6 +223,7 @@ mod tests {
         let values = keys.iter().map(|key| of(key, Mistake::Value));
         let unknown = ["a".repeat(90), "wifi_passwords".to_owned(), "button_dow".to_owned(), "report_".to_owned()];
         let others = unknown.iter().map(|key| of(key, Mistake::Unknown));
+        let signer = KeyId::parse("7F6F7B501F4A54A9").unwrap();
         let alone = Mistake::Alone { needs: "button or presence" };
         let rest = [
             of("vote_noise", alone),
@@ -170,7 +234,15 @@ mod tests {
             of_no_text(NoText::Utf16),
             of_misnamed("Dreams.toml.TXT", true),
             of_misnamed("Dreams.toml.TXT", false),
+            IN_USE.to_owned(),
+            KNOWN.to_owned(),
+            NO_MEMORY.to_owned(),
+            NO_PARTITION.to_owned(),
+            AGAIN.to_owned(),
         ];
+        let refused = Refusal::MarkedBad { sequence: Sequence(9_999) };
+        let older = Fatal::Older { sequence: Sequence(9_998), last: Sequence(9_999), signer };
+        let rest = rest.into_iter().chain([of_refused(&refused), of_stick(&older)]);
         // A suggestion for a long key has smaller letters on a small display.
         let sized = others.map(|text| (text, Notice::LINE));
         for (text, line) in values.chain(rest).map(|text| (text, Notice::LARGE_LINE)).chain(sized) {

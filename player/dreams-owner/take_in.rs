@@ -131,14 +131,17 @@ fn warn_people(fatal: &Fatal, notice: &Path) {
         Fatal::Settings(error) if is_of_the_disk(error) => (notice, sentences::of_settings(error)),
         Fatal::Settings(error) => (&*lasting, sentences::of_settings(error)),
         Fatal::Text(found) => (&*lasting, sentences::of_no_text(*found)),
-        Fatal::Write { .. } => {
-            (notice, "The memory of this frame does not take the settings. The picture goes on.".to_owned())
-        }
+        Fatal::Write { .. } => (notice, sentences::NO_MEMORY.to_owned()),
     };
     if path == notice {
         take_back(notice);
     }
-    if let Err(error) = (Notice { text, thousandths: None }).tell(path) {
+    show(path, &text);
+}
+
+/// Writes a notice.
+pub(crate) fn show(path: &Path, text: &str) {
+    if let Err(error) = (Notice { text: text.to_owned(), thousandths: None }).tell(path) {
         print_error(&error, Some("cannot write the notice over the picture"));
     }
 }

@@ -8,11 +8,10 @@ use crate::stick_format::StickFormat;
 use crate::tls::Judgement;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
-use player::ClockReader;
+use player::{ClockReader, HOST_NAME};
 use settings::authorities::Authorities;
 use settings::button::VOTES_FOLDER;
 use settings::{Owner, config_file};
-use std::fs;
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.
@@ -154,9 +153,8 @@ impl Order {
 
 /// What the machine calls itself.
 fn host_name() -> Result<UnitId, Fatal> {
-    let path = "/proc/sys/kernel/hostname";
-    let name = fs::read_to_string(path).map_err(|source| Fatal::Host { path: path.into(), source })?;
-    UnitId::new(&name.trim().to_lowercase()).map_err(Fatal::Nameless)
+    let name = player::host_name().map_err(|source| Fatal::Host { path: HOST_NAME.into(), source })?;
+    UnitId::new(&name).map_err(Fatal::Nameless)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 pub mod acknowledgement;
 pub mod clock;
 pub mod contact;
+pub mod host_name;
 pub mod journal;
 pub mod notice;
 pub mod now;
@@ -21,6 +22,7 @@ pub mod threads;
 pub use acknowledgement::MarkSocket;
 pub use clock::{Clock, ClockReader};
 pub use contact::Contact;
+pub use host_name::{HOST_NAME, host_name};
 pub use journal::LogLevel;
 pub use notice::{Lasting, Notice};
 pub use now::{clock_s, clock_us, now, up_s};

@@ -69,6 +69,7 @@ mod unit {
     mod learned_state;
     mod own_disk;
     mod owner_settings;
+    mod settings_stick;
 }
 mod updates {
     mod addressing;

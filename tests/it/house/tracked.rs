@@ -110,6 +110,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "README.md",
             "layout",
             "*.conf",
+            "*.path",
             "*.preset",
             "*.rules",
             "*.service",

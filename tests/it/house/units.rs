@@ -78,7 +78,7 @@ fn open_checks(name: &str, text: &str, drop_ins: &BTreeMap<String, String>) -> B
     open.map(|check| check["json_field"].as_str().unwrap().to_owned()).collect()
 }
 
-/// The same for a timer, beside the service that it calls.
+/// The same for a timer or a path, beside the service that it calls.
 fn judge_timer(name: &str, text: &str, service: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let file = match service.split_once('@') {
@@ -122,11 +122,13 @@ fn systemd_understands_every_line_of_every_service() {
         let name = path.rsplit('/').next().unwrap();
         assert_eq!(judge(name, &text, &["verify", "--man=no"]), "", "`{path}`");
     }
-    for (path, text) in super::files(".timer") {
-        let name = path.rsplit('/').next().unwrap();
-        let named = text.lines().find_map(|line| line.strip_prefix("Unit="));
-        let service = named.map_or_else(|| name.replace(".timer", ".service"), str::to_owned);
-        assert_eq!(judge_timer(name, &text, &service), "", "`{path}`");
+    for ending in [".timer", ".path"] {
+        for (path, text) in super::files(ending) {
+            let name = path.rsplit('/').next().unwrap();
+            let named = text.lines().find_map(|line| line.strip_prefix("Unit="));
+            let service = named.map_or_else(|| name.replace(ending, ".service"), str::to_owned);
+            assert_eq!(judge_timer(name, &text, &service), "", "`{path}`");
+        }
     }
     let misspelt = player().replace("WatchdogSec", "WatchdogSecs");
     assert!(judge("dreams-player.service", &misspelt, &["verify", "--man=no"]).contains("WatchdogSecs"));
@@ -154,12 +156,18 @@ fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_
         "what is on it is known"
     );
     let text = super::read("systemd/dreams-update@.service");
+    assert!(rules.contains("ENV{SYSTEMD_WANTS}+=\"dreams-settings@%k.service\""));
     let mounts: Vec<&str> = text.lines().filter(|line| line.contains("/usr/bin/mount ")).collect();
     let options = "-t ${STICKS} -o ro,nosuid,nodev,noexec,nosymfollow,errors=remount-ro ";
     let [mount] = mounts[..] else { panic!("one mount: {mounts:?}") };
     assert!(mount.contains(options), "{mount}");
     assert!(text.contains("\nEnvironment=STICKS=vfat,exfat\nEnvironmentFile=-/etc/dreams/sticks.conf\n"));
     assert!(text.contains("BindsTo=dev-%i.device") && text.contains("PrivateNetwork=yes"));
+    // Both services mount the same stick: with the same options, and the second for another user than the player's.
+    let settings = super::read("systemd/dreams-settings@.service");
+    let mount = mount.replace("/run/dreams-mounts/%i", "/run/dreams-mounts/settings-%i");
+    assert!(settings.lines().any(|line| line == mount) && settings.contains("\nUser=dreams-net\n"), "{mount}");
+    assert!(settings.contains("BindsTo=dev-%i.device") && settings.contains("PrivateNetwork=yes"));
     // So is what else can be pulled out and written to elsewhere.
     for (path, types) in
         [("systemd/dreams-owner@.service", "vfat"), ("image-build/system/usr/bin/dreams-log", "vfat,exfat")]
