@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 use bundle::{
     Addressees, ObjectId, PublicKey, Refusal, SealBody, SecretKey, Sequence, Source, Trust, UnitId, UnverifiedSeal,
-    VerifiedBundle, limits, statements,
+    UnverifiedSettings, VerifiedBundle, limits, statements,
 };
 
 use crate::folders;
@@ -58,6 +58,15 @@ pub(crate) fn seal(data: &[u8]) -> bool {
     assert!(UnverifiedSeal::new(data).verify(&trusting()).is_err(), "accepted without a signature");
     let Ok(seal) = UnverifiedSeal::new(signed(data)).verify(&trusting()) else { return false };
     assert_eq!(below_signature(&seal.letter().sign(artist()).unwrap()), data, "read otherwise than it was written");
+    true
+}
+
+/// Signed settings, in the same way.
+pub(crate) fn settings(data: &[u8]) -> bool {
+    assert!(UnverifiedSettings::new(data).verify(&trusting()).is_err(), "accepted without a signature");
+    let Ok(settings) = UnverifiedSettings::new(signed(data)).verify(&trusting()) else { return false };
+    assert_eq!(below_signature(&settings.body().sign(artist()).unwrap()), data, "read otherwise than it was written");
+    assert!(settings.body().text.len() as u64 <= limits::SETTINGS);
     true
 }
 

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_of_a_stranger_are_refused_and_so_is_what_was_signed_as_a_seal() {
+    fn a_strangers_settings_and_a_seal_as_settings_are_refused() {
         let theirs = body("").sign(&stranger()).unwrap();
         assert!(matches!(read(&theirs), Err(Refusal::UnknownKey { part: Part::Settings, .. })));
         let seal = SealBody { ..letter(9) }.sign(artist()).unwrap();

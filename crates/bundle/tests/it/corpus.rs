@@ -57,6 +57,11 @@ fn no_seal_is_taken_for_another_or_without_its_signature() {
 }
 
 #[test]
+fn settings_are_read_only_signed_and_as_they_were_written() {
+    replay("settings", targets::settings);
+}
+
+#[test]
 fn no_list_of_files_leads_astray_or_is_read_otherwise_than_it_was_written() {
     replay("contents", targets::contents);
 }
