@@ -186,7 +186,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn what_is_read_of_the_updaters_config_has_the_same_defaults_as_there() {
+    fn the_updaters_config_has_the_same_defaults_here() {
         let sample: Config = parse(Path::new("update.toml"), include_str!("../../config/update.toml")).unwrap();
         let Config { keys, store, unit } = Config::default();
         assert_eq!((sample.keys, sample.store, sample.unit), (keys, store, unit));

@@ -20,6 +20,7 @@ mod network {
 }
 mod owner {
     pub(crate) mod settings_error;
+    mod settings_stick;
 }
 mod player {
     mod restart;

@@ -13,7 +13,8 @@ use std::path::Path;
 use std::process::Command;
 
 /// For the unit's shell: waits until it is done with the stick, and prints the result.
-const IS_THROUGH: &str = "until systemctl list-units --all --plain --no-legend 'dreams-update@sda.service' | grep -q exited && \
+const IS_THROUGH: &str = "until \
+    [ $(systemctl list-units --all --plain --no-legend 'dreams-[us]*@sda.service' | grep -c exited) = 2 ] && \
     [ -z \"$(systemctl list-jobs --plain --no-legend | grep dreams-log)\" ]; do sleep 1; done";
 
 /// An empty stick with this file on it.

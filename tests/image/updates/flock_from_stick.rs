@@ -30,7 +30,9 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     assert!(places().any(|place| place.has_notice && &*place.flock == "demo"), "the notice is on the running picture");
     // Photographs on FAT cause no message; ext4 and empty partitions are not mounted.
     for part in 1..=2 {
-        machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));
+        for service in ["update", "settings"] {
+            machine.run(&format!("until systemctl --quiet is-active dreams-{service}@sda{part}; do sleep 1; done"));
+        }
     }
     machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep 'sda[34]'");
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");

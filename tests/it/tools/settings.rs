@@ -14,7 +14,7 @@ fn words<'w>(file: &'w str, more: &[&'w str]) -> Vec<&'w str> {
 }
 
 #[test]
-fn an_owners_file_is_signed_as_it_is_with_the_next_number_of_the_key() {
+fn an_owners_file_is_signed_as_it_is_with_the_next_number() {
     let artist = Artist::new();
     let text = "# Museum\r\nunit = \"lobby\"\nwifi = \"Hall\"\nwifi_password = \"satin above\"\n";
     fs::write(artist.at("lobby.toml"), [b"\xef\xbb\xbf", text.as_bytes()].concat()).unwrap();
@@ -26,7 +26,10 @@ fn an_owners_file_is_signed_as_it_is_with_the_next_number_of_the_key() {
     assert!(signed.ends_with(&format!("\n\n{text}")), "{signed}");
     let said = artist.says(0, &words("lobby.toml", &["--unit", "lobby"]));
     assert!(said.contains("settings for lobby: sequence 3, key 7F6F7B501F4A54A9"), "{said}");
-    assert!(said.contains("warning: anybody who holds the stick can read the password of the Wi-Fi `Hall`"), "{said}");
+    assert!(
+        said.contains("warning: anybody who finds the signed file can read the password of the Wi-Fi `Hall` in it"),
+        "{said}"
+    );
     assert!(!said.contains("satin"), "{said}");
     // A folder with nothing else.
     let verify = ["verify", "stick", "--trust", "artist.pub"];

@@ -126,7 +126,7 @@ impl Hall {
 }
 
 #[test]
-fn signed_settings_on_a_stick_become_the_owners_file_and_are_applied() {
+fn signed_settings_on_a_stick_become_the_owners_file() {
     let hall = Hall::new();
     hall.plugs(0, None);
     hall.sign_for_lobby(NEW);
@@ -150,7 +150,7 @@ fn signed_settings_on_a_stick_become_the_owners_file_and_are_applied() {
 }
 
 #[test]
-fn settings_for_every_unit_are_taken_and_the_units_own_come_first() {
+fn settings_for_every_unit_come_after_the_units_own() {
     let hall = Hall::new();
     hall.sign(&NEW.replace("unit = \"lobby\"\n", ""), &["--key", "artist.key"]);
     hall.sign_for_lobby(NEW);
@@ -169,7 +169,7 @@ fn settings_for_every_unit_are_taken_and_the_units_own_come_first() {
 }
 
 #[test]
-fn settings_that_are_not_for_this_unit_or_not_right_change_nothing() {
+fn settings_for_others_or_with_mistakes_change_nothing() {
     let hall = Hall::new();
     hall.sign(&NEW.replace("lobby", "stairs"), &["--key", "artist.key", "--unit", "stairs"]);
     hall.plugs(1, Some("These settings are for stairs. This frame is lobby."));
@@ -204,7 +204,7 @@ fn settings_that_are_not_for_this_unit_or_not_right_change_nothing() {
 }
 
 #[test]
-fn keys_that_the_image_does_not_have_or_that_were_revoked_set_nothing() {
+fn unknown_and_revoked_keys_set_nothing() {
     let hall = Hall::new();
     hall.artist.secret("spare.key", include_str!("../../fixtures/format-1/keys/spare.key"));
     let spare = include_str!("../../fixtures/format-1/keys/spare.pub");
@@ -243,7 +243,7 @@ fn keys_that_the_image_does_not_have_or_that_were_revoked_set_nothing() {
 }
 
 #[test]
-fn what_lies_in_place_of_a_file_of_settings_is_not_followed_and_holds_nobody_up() {
+fn a_link_or_pipe_instead_of_a_file_of_settings_is_refused() {
     let hall = Hall::new();
     hall.sign_for_lobby(NEW);
     let file = hall.artist.at(ON_STICK);
@@ -287,7 +287,7 @@ fn what_lies_in_place_of_a_file_of_settings_is_not_followed_and_holds_nobody_up(
 }
 
 #[test]
-fn a_power_cut_or_a_fault_at_any_step_leaves_the_old_file_or_the_new_one() {
+fn a_fault_at_any_step_leaves_the_old_file_or_the_new_one() {
     let hall = Hall::new();
     hall.sign_for_lobby(NEW);
     let reset = || {
@@ -361,7 +361,7 @@ fn of_two_sticks_at_once_the_newer_settings_stay() {
 }
 
 #[test]
-fn the_updater_has_nothing_to_say_of_a_stick_with_settings_alone() {
+fn the_updater_says_nothing_of_a_stick_with_settings_alone() {
     let hall = Hall::new();
     hall.sign_for_lobby(NEW);
     let unit = Unit::new();

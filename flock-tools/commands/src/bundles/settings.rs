@@ -149,8 +149,8 @@ fn warnings(owner: &Owner, addressees: &Addressees) -> Vec<String> {
     if let Some(wifi) = owner.wifi().filter(|wifi| wifi.password.is_some()) {
         let name = wifi.name.as_str().escape_debug();
         warnings.push(format!(
-            "anybody who holds the stick can read the password of the Wi-Fi `{name}` on it: erase the folder `settings` \
-             when the unit has the settings"
+            "anybody who finds the signed file can read the password of the Wi-Fi `{name}` in it: erase the folder \
+             `settings` when the unit has it"
         ));
     }
     match (addressees, &owner.unit) {
