@@ -212,6 +212,9 @@ fn the_guide_to_maintaining_prints_what_it_shows_and_its_units_take_the_new_syst
     }
     make_halves(&at("target/image/unit-0.1.0"), "0.1.0");
     fs::write(at("target/image/unit-0.1.0/packages"), format!("systemd\t257.9-1~deb13u1\n{OLD_PACKAGES}")).unwrap();
+    let guide = fs::read_to_string(repository().join(MAINTAINING)).unwrap();
+    let written = guide.split_once("```toml\n").and_then(|(_, rest)| rest.split_once("```")).unwrap().0;
+    fs::write(at("lobby.toml"), written).unwrap();
     follow(MAINTAINING, folder.path());
 
     let settings = at("tree-0.1.1/etc/dreams");
@@ -226,6 +229,16 @@ fn the_guide_to_maintaining_prints_what_it_shows_and_its_units_take_the_new_syst
         let answer = String::from_utf8_lossy(&said.stdout);
         assert!(said.status.success() && answer.contains("\"staged\": \"0.1.1\""), "{unit}: {answer}");
     }
+    // The unit `lobby` takes the settings that the guide writes.
+    let config =
+        format!("keys = '{}'\nstore = '{}'\nunit = 'lobby'\n", settings.join("keys").display(), at("lobby").display());
+    fs::write(at("owner.toml"), config).unwrap();
+    let mut owner = Command::new(programs::owner());
+    owner.arg("from-stick").arg(at("stick")).arg("--config").arg(at("owner.toml")).arg("--keep").arg(at("kept"));
+    succeed(owner.arg("--inbox").arg(folder.path()).arg("--notice").arg(at("notice")));
+    let mut owner = Command::new(programs::owner());
+    succeed(owner.arg("install").arg(at("stick")).arg("--inbox").arg(folder.path()).arg("--notice").arg(at("notice")));
+    assert_eq!(fs::read_to_string(at("stick/dreams.toml")).unwrap(), written);
 }
 
 #[test]
