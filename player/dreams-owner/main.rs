@@ -5,9 +5,11 @@
 //!
 //! Start at `take_in.rs`, which is run when the owner's partition is there, at `from_stick.rs`, which is run when a stick
 //! is there, at `install.rs`, which is run when settings have arrived on one, at `connect.rs`, which is run for a radio,
-//! and at `restart.rs`, which is run when a new system waits for its start.
+//! at `restart.rs`, which is run when a new system waits for its start, and at `check.rs`, which is run when an image is
+//! built.
 #![forbid(unsafe_code)]
 
+mod check;
 mod connect;
 mod from_stick;
 mod inbox;
@@ -24,7 +26,8 @@ use std::process::ExitCode;
 /// The end of the help. `diagnostics::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
-  0  the owner's settings are kept, or there are none; those of the stick wait, or there are none; the unit may restart
+  0  the owner's settings are kept, or there are none; those of the stick wait, or there are none; the unit may restart;
+     the file is right
   1  the answer is no: the unit may not restart now, or the settings on the stick are refused
   2  the command line or the owner's file is wrong, or a file that is meant has another name: the last good settings stay
   3  a file could not be read or written, or a program not be run";
@@ -44,6 +47,7 @@ enum Work {
     Install(install::Options),
     Connect(connect::Options),
     MayRestart(restart::Options),
+    Check(check::Options),
 }
 
 fn main() -> ExitCode {
@@ -53,6 +57,7 @@ fn main() -> ExitCode {
         Work::Install(options) => install::run(&options),
         Work::Connect(options) => connect::run(&options),
         Work::MayRestart(options) => restart::run(&options),
+        Work::Check(options) => check::run(&options),
     };
     ExitCode::from(exit)
 }

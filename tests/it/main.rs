@@ -7,6 +7,7 @@
 
 mod build {
     mod ci_install;
+    mod owner_file;
     mod package_archives;
     mod packed_image;
 }

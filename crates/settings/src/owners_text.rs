@@ -45,12 +45,18 @@ impl OwnersText {
     /// What there is in `folder`.
     /// Errors: What the file system says, and [`ErrorKind::FileTooLarge`] for a file that is longer than settings may be.
     pub fn read(folder: &Path) -> io::Result<Self> {
-        let text = match durable::read_plain(&folder.join(FILE_NAME), LARGEST) {
+        let text = match Self::read_file(&folder.join(FILE_NAME)) {
             Err(error) if error.kind() == ErrorKind::NotFound => None,
-            bytes => Some(decoded(&bytes?)),
+            text => Some(text?),
         };
         let misnamed = misnamed(folder, text.is_some())?;
         Ok(Self { text, misnamed })
+    }
+
+    /// The text of the plain file at `path`, or what it has instead.
+    /// Errors: As of [`Self::read`], and [`ErrorKind::NotFound`].
+    pub fn read_file(path: &Path) -> io::Result<Result<String, NoText>> {
+        durable::read_plain(path, LARGEST).map(|bytes| decoded(&bytes))
     }
 }
 
