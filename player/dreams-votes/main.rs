@@ -4,11 +4,10 @@
 //! never meets the player: it reads the input device that its config names, asks the player what is shown, and keeps totals
 //! by sheep. `crates/votes` decides what a press counts for.
 //!
-//! Start at `run.rs`, which counts; `device.rs` reads keys, `glass.rs` asks the player.
+//! Start at `run.rs`, which counts; `player::input_devices` reads keys, `glass.rs` asks the player.
 #![forbid(unsafe_code)]
 
 mod config;
-mod device;
 mod fatal;
 mod glass;
 mod options;

@@ -7,11 +7,11 @@
 //! Start at [`count`].
 
 use crate::config::Config;
-use crate::device::{Input, InputDevices};
 use crate::fatal::Fatal;
 use crate::glass;
 use crate::show;
 use diagnostics::chain;
+use player::input_devices::{Input, InputDevices};
 use player::{ClockReader, acknowledgement, clock_us, now};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;

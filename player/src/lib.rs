@@ -1,10 +1,11 @@
-//! What the five programs of a unit share; each has a folder of its name beside this one.
+//! What the six programs of a unit share; each has a folder of its name beside this one.
 //!
 //! Owns how they answer, where they log, and the files through which one informs the other. Their settings are in
 //! `settings`.
 //! Never plays and never fetches.
 //!
-//! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner`, `dreams-votes` or `dreams-mend`.
+//! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner`, `dreams-votes`, `dreams-mend` or
+//! `dreams-install`.
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc, reason = "the library of our own programs, which has no other readers")]
 
@@ -12,6 +13,7 @@ pub mod acknowledgement;
 pub mod clock;
 pub mod contact;
 pub mod host_name;
+pub mod input_devices;
 pub mod journal;
 pub mod notice;
 pub mod now;

@@ -2,7 +2,7 @@
 //!
 //! Owns the form of an event, and that a device may be unplugged at any time: it is opened again when it is back; where any
 //! device counts, those that are plugged in are found. Nothing is asked of a device; a pipe does as well. Never knows what a
-//! key means: `crates/votes` does.
+//! key means: `crates/votes` and `dreams-install` do.
 //!
 //! # Source
 //! `struct input_event` of `linux/input.h`: the time in seconds and microseconds since 1970, type and code of 16 bits each, a
@@ -27,7 +27,7 @@ const AT_ONCE: usize = 64;
 /// The time between two attempts to open a device.
 const PAUSE_NS: u64 = 1_000_000_000;
 /// Where the kernel has its input devices, and how their names begin.
-const FOLDER: &str = "/dev/input";
+pub const FOLDER: &str = "/dev/input";
 const PREFIX: &str = "event";
 /// Types of events: the end of a group, a key, a switch.
 const EV_SYN: u16 = 0;
@@ -38,7 +38,7 @@ const SYN_DROPPED: u16 = 3;
 
 /// What a device says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Input {
+pub enum Input {
     /// A key or a switch has a value: 0 released, 1 pressed, 2 repeated.
     Key {
         /// Its code.
@@ -54,7 +54,7 @@ pub(crate) enum Input {
 
 /// The devices that are read: one that may not be there, or all that are.
 #[derive(Debug, Default)]
-pub(crate) struct InputDevices {
+pub struct InputDevices {
     devices: Vec<InputDevice>,
     /// The folder of them, if all are read.
     folder: Option<PathBuf>,
@@ -64,19 +64,20 @@ pub(crate) struct InputDevices {
 
 impl InputDevices {
     /// Those that a setting means, not opened yet.
-    pub(crate) fn of(device: &ButtonDevice) -> Self {
+    pub fn of(device: &ButtonDevice) -> Self {
         match device {
             ButtonDevice::At(path) => Self { devices: vec![InputDevice::new(path.clone(), true)], ..Self::default() },
             ButtonDevice::Any => Self::all_of(Path::new(FOLDER)),
         }
     }
 
-    fn all_of(folder: &Path) -> Self {
+    /// Every device in `folder`, at any time.
+    pub fn all_of(folder: &Path) -> Self {
         Self { folder: Some(folder.to_owned()), ..Self::default() }
     }
 
     /// The open devices, to wait for; opens them at `now` if it is time.
-    pub(crate) fn open(&mut self, now: Nanos) -> Vec<&File> {
+    pub fn open(&mut self, now: Nanos) -> Vec<&File> {
         self.find(now);
         self.devices.iter_mut().filter_map(|device| device.open(now)).collect()
     }
@@ -100,7 +101,7 @@ impl InputDevices {
     }
 
     /// What they have to say, without waiting.
-    pub(crate) fn read(&mut self) -> Vec<Input> {
+    pub fn read(&mut self) -> Vec<Input> {
         self.devices.iter_mut().flat_map(InputDevice::read).collect()
     }
 }
