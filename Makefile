@@ -95,10 +95,10 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip boot_time::
 
 image: export ARCH := $(arch)
-image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; flock=DIR what it plays until it is sent one; owner=FILE the settings of all units with this image; system_keys="C.pub" takes systems from these alone; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts; arch=arm64 for ARM processors and Raspberry Pis
+image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; flock=DIR what it plays until it is sent one; owner=FILE the settings of all units with this image; installer=yes for a stick that installs the unit on the disk of a computer, after a press of Enter; system_keys="C.pub" takes systems from these alone; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts; arch=arm64 for ARM processors and Raspberry Pis
 	.ci/install image $(filter arm64,$(arch))
 	image-build/programs $(unit)$(beside)
-	image-build/build target/image$(beside) --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(addprefix --system-key ,$(system_keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(flock),--flock '$(flock)') $(if $(owner),--owner '$(owner)') $(if $(sign),--sign '$(sign)')
+	image-build/build target/image$(beside) --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(addprefix --system-key ,$(system_keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(flock),--flock '$(flock)') $(if $(owner),--owner '$(owner)') $(if $(installer),--installer) $(if $(sign),--sign '$(sign)')
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench

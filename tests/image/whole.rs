@@ -48,6 +48,7 @@ mod starts {
     pub(crate) mod first_start;
     mod hardware_matrix;
     mod hardware_sample;
+    mod installer;
     mod make_boot;
     mod secure_boot;
     mod usb_disk;

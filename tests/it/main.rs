@@ -67,6 +67,7 @@ mod unit {
     mod boot_repair;
     mod damages;
     mod hostname;
+    mod installer;
     mod learned_state;
     mod own_disk;
     mod owner_settings;

@@ -38,6 +38,11 @@ pub fn mender() -> PathBuf {
     fresh(&units().join("dreams-mend"))
 }
 
+/// `dreams-install`.
+pub fn installer() -> PathBuf {
+    fresh(&units().join("dreams-install"))
+}
+
 /// `dreams`, beside `dreams-video`.
 pub fn dreams() -> PathBuf {
     fresh(&built().join("dreams-video"));

@@ -99,6 +99,15 @@ impl Unit {
         Self::of_size(DISK_MIB)
     }
 
+    /// A computer with an empty disk.
+    pub(crate) fn blank() -> Self {
+        let folder = folder();
+        let disk = folder.path().join("disk.img");
+        fs::File::create(&disk).unwrap().set_len(DISK_MIB << 20).unwrap();
+        fs::copy(USUAL.firmware.variables(), folder.path().join("variables")).unwrap();
+        Self { folder, table: disk.clone(), disk: Disk::new(disk, "raw") }
+    }
+
     /// One of the image in this folder.
     pub(crate) fn of(image: &Path) -> Self {
         Self::of_image(image, DISK_MIB)
