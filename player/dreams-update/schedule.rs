@@ -1,9 +1,9 @@
 //! When a unit looks for updates by itself, and when it reports.
 //!
 //! Owns the interval, its jitter, the patience after failures, the hours in which it may be, and the times of reports where
-//! they have their own. Time is counted from the
-//! machine's start, so that no clock need be right; the hours are kept only where the time is known. Pure, but for the
-//! small file that remembers until the next start when the next look is due.
+//! they have their own. Settings that change end the wait. Time is counted from the machine's start, so that no clock need
+//! be right; the hours are kept only where the time is known. Pure, but for the small file that remembers until the next
+//! start when the next look is due.
 //!
 //! Start at [`Schedule::is_due`].
 
@@ -44,6 +44,9 @@ pub(crate) struct Schedule {
     /// Why the last look failed.
     #[serde(default)]
     error: Option<String>,
+    /// By which writing of the owner's settings that look went; none before the first.
+    #[serde(default)]
+    settings: Option<String>,
 }
 
 impl Schedule {
@@ -58,6 +61,17 @@ impl Schedule {
     /// Remembers it at `path`, which need not outlive the machine's next start.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
         durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
+    }
+
+    /// The same by the writing `settings` of the owner's settings. If that is another one than at the last look, the next
+    /// look and the next report are due at once, and failures are forgotten: another server may answer.
+    #[must_use]
+    pub(crate) fn by(self, settings: &str) -> Self {
+        let settings = Some(settings.to_owned());
+        match self.settings {
+            Some(_) if self.settings != settings => Self { settings, error: self.error, ..Self::default() },
+            Some(_) | None => Self { settings, ..self },
+        }
     }
 
     /// Whether to look now: `up_s` seconds after the machine's start, at `known_s` seconds since 1970; `None` while the time
@@ -185,6 +199,21 @@ mod tests {
         assert!(!later.is_report_due(99 + HOUR) && later.is_report_due(100 + HOUR), "whenever it looks");
         assert_eq!(later.error().map(str::len), Some(1_000));
         assert_eq!(later.with_error(None).error(), None);
+    }
+
+    #[test]
+    fn settings_that_change_have_a_unit_look_and_report_at_once_and_once() {
+        let schedule = Schedule::default().by("one").after(true, 0, 6 * HOUR, 0.5).after(true, 0, 6 * HOUR, 0.5);
+        let schedule = schedule.reported(0, HOUR).with_error(Some("no answer"));
+        let same = schedule.clone().by("one");
+        assert_eq!(same, schedule);
+        assert!(!same.is_due(100, None, None) && !same.is_report_due(100));
+        let changed = schedule.by("two");
+        assert!(changed.is_due(100, None, None) && changed.is_report_due(100));
+        assert_eq!((changed.failures, changed.error()), (0, Some("no answer")));
+        let closed = Some("02:00-03:00".parse().unwrap());
+        assert!(!changed.is_due(100, Some(FOUNDED_S), closed), "in its window only");
+        assert!(!changed.after(false, 100, HOUR, 0.5).by("two").is_due(200, None, None));
     }
 
     #[test]

@@ -25,6 +25,7 @@ use bundle::{
 };
 use diagnostics::{Exit, chain};
 use player::{Contact, Output, now};
+use settings::kept;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
@@ -58,7 +59,7 @@ pub(crate) fn run(order: Order) -> Result<Output<Answer>, Fatal> {
 /// Updates if it is time, and remembers when that is next.
 fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let Some(path) = &order.schedule else { return update(order, stop) };
-    let schedule = Schedule::read(path);
+    let schedule = Schedule::read(path).by(&format!("{:?}", kept::versions(&order.config.owner)));
     let is_idle = order.source.is_none() && order.config.report_to.is_none();
     let clock = order.clock.read();
     if is_idle || !schedule.is_due(clock.up_s, clock.known_s(), order.config.window) {

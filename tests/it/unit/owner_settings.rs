@@ -8,6 +8,7 @@ use claims::bundle_maker::rubbish;
 use claims::owner::Settings;
 use claims::programs::{self, output, succeed};
 use claims::unit::Unit;
+use claims::web::{Behaviour, WebServer};
 use std::fs;
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
@@ -231,6 +232,26 @@ fn the_updater_goes_by_the_name_and_the_keys_that_the_owner_set() {
     update.arg("--keys").arg(unit.path("no-such-folder")).arg(unit.stick());
     let said = output(&mut update);
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+}
+
+#[test]
+fn a_unit_asks_a_new_address_at_its_next_run_and_waits_again_after_it() {
+    let (unit, settings) = (Unit::new(), Settings::new());
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
+    let servers = [(); 2].map(|()| WebServer::serve(&unit.stick(), Behaviour::Good));
+    let config = config_with(&unit.path("update.toml"), &settings.path("kept"));
+    let runs = |settings_text: &str| {
+        assert_eq!(settings.set(settings_text), (Some(0), String::new()));
+        // As the timer does, twice.
+        for _ in 0..2 {
+            let mut update = unit.update_from(None);
+            let said = output(update.arg("--config").arg(&config).arg("--schedule").arg(unit.path("schedule")));
+            assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        }
+        servers.each_ref().map(|server| server.heard().0.iter().filter(|path| path.ends_with("lobby.seal")).count())
+    };
+    let [one, other] = servers.each_ref().map(|server| format!("url = \"{}\"\n", server.url()));
+    assert_eq!([runs(&one), runs(&one), runs(&other)], [[1, 0], [0, 0], [0, 1]]);
 }
 
 #[test]

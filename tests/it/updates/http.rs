@@ -412,5 +412,7 @@ fn a_unit_reports_as_often_as_its_owner_says_whether_it_looks_or_not() {
     assert_eq!(minute(&["due_s", "report_due_s"]).1, [Value::Null]);
     assert_eq!(minute(&["report_due_s"]), (0, vec![Value::Null]), "the error is over");
     fs::write(&owner, format!("report_to = \"{}/units\"\n", home.url())).unwrap();
+    let (looked, errors) = minute(&[]);
+    assert!(looked > 0 && errors == [Value::Null], "settings that change have it look and report: {errors:?}");
     assert_eq!(minute(&["report_due_s"]), (0, vec![]), "by default only after a look");
 }
