@@ -132,7 +132,8 @@ impl Shared {
     /// The status page of a run that begins now.
     fn page(&self, flock: Arc<Flock>, faults: &Faults, config: &Config) -> status::Page {
         let (view, plan, overlay) = (Arc::clone(&self.view), Arc::clone(&self.plan), Arc::clone(&self.overlay));
-        status::Page { flock, view, plan, overlay, faults: faults.clone(), begun: now(), source: config.flock.clone() }
+        let (target, faults, source) = (Arc::clone(&self.target), faults.clone(), config.flock.clone());
+        status::Page { flock, view, plan, overlay, target, faults, begun: now(), source }
     }
 }
 

@@ -21,6 +21,7 @@ mod player {
     mod notices;
     mod rendered_meanwhile;
     pub(crate) mod resume;
+    mod settings;
     mod shortages;
     mod status_page;
     pub(crate) mod votes;

@@ -15,12 +15,13 @@
 //!
 //! Start at [`Owner::kept`].
 
-use crate::config_file::text_of;
+use crate::config_file::{ConfigError, text_of};
 use crate::day::Window;
 use crate::file_version::FileVersion;
 use crate::owner::Owner;
 use bundle::ObjectId;
 use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -112,17 +113,60 @@ impl Owner {
     /// What `dreams-owner` has kept at `path`, as far as this version understands it: nothing, if it has kept nothing.
     pub fn kept(path: &Path) -> Self {
         let Ok(first) = text_of(path) else { return Self::default() };
-        let resolved = text_of(&resolved_path(path)).ok().and_then(|text| resolved(&text, &first));
-        understood(resolved.or_else(|| first.parse().ok()).unwrap_or_default())
+        let second = text_of(&resolved_path(path)).map_or(Second::Apart, |text| Second::of(&text, &first));
+        understood(match second {
+            Second::Whole(settings) => settings,
+            Second::OtherForm | Second::Apart => first.parse().unwrap_or_default(),
+        })
+    }
+
+    /// The same for a program that runs, whose settings change: `None` while the files are no settings, cannot be read, or
+    /// do not belong together, as between the writing of the first and of the second.
+    pub fn kept_whole(path: &Path) -> Option<Self> {
+        let Some(first) = text_if_any(path).ok()? else { return Some(Self::default()) };
+        let alone: Table = first.parse().ok()?;
+        let Some(second) = text_if_any(&resolved_path(path)).ok()? else { return Some(understood(alone)) };
+        match Second::of(&second, &first) {
+            Second::Whole(settings) => Some(understood(settings)),
+            Second::OtherForm => Some(understood(alone)),
+            Second::Apart => None,
+        }
     }
 }
 
-/// The settings in the second file; `None` if it is of another form, or does not belong to the `first`.
-fn resolved(text: &str, first: &str) -> Option<Table> {
-    let mut settings: Table = text.parse().ok()?;
-    let number = settings.remove(NUMBER)?.as_integer()?;
-    let of = settings.remove(OF)?;
-    (number == FORMAT && of.as_str()? == ObjectId::of(first.as_bytes()).to_string()).then_some(settings)
+/// The text of the file at `path`; `None` if there is no file.
+fn text_if_any(path: &Path) -> Result<Option<String>, ConfigError> {
+    match text_of(path) {
+        Err(ConfigError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
+        text => text.map(Some),
+    }
+}
+
+/// The second file.
+enum Second {
+    /// It belongs to the first, and has these settings.
+    Whole(Table),
+    /// A version that writes another form has written it.
+    OtherForm,
+    /// It does not belong to the first, or is not whole.
+    Apart,
+}
+
+impl Second {
+    /// What `text` is beside the `first` file.
+    fn of(text: &str, first: &str) -> Self {
+        let read = || {
+            let mut settings: Table = text.parse().ok()?;
+            let number = settings.remove(NUMBER)?.as_integer()?;
+            let is_of_first = settings.remove(OF)?.as_str()? == ObjectId::of(first.as_bytes()).to_string();
+            Some((settings, number, is_of_first))
+        };
+        match read() {
+            Some((_, number, _)) if number != FORMAT => Self::OtherForm,
+            Some((settings, _, true)) => Self::Whole(settings),
+            Some((_, _, false)) | None => Self::Apart,
+        }
+    }
 }
 
 /// What this version understands of `settings`.
@@ -243,6 +287,29 @@ mod tests {
             assert_eq!(read(Some(edited), Some(rubbish)), strict(edited), "{rubbish}");
         }
         assert_eq!(read(Some("of another version"), Some(&old.resolved)), Owner::default());
+    }
+
+    #[test]
+    fn a_running_program_takes_only_files_that_are_whole_and_belong_together() {
+        let whole = |first: Option<&str>, resolved: Option<&str>| {
+            let (_folder, path) = laid(first, resolved);
+            Owner::kept_whole(&path)
+        };
+        let (old, new) = (Kept::of("unit = \"attic\"\nrotate = 180\n"), Kept::of(SET));
+        assert_eq!(whole(Some(&new.first), Some(&new.resolved)), Some(strict(SET)));
+        assert_eq!(whole(Some(&new.first), Some(&old.resolved)), None, "the second is still to be written");
+        assert_eq!(whole(Some(&old.first), Some(&new.resolved)), None);
+        for end in 1..new.first.len() {
+            assert_eq!(whole(Some(&new.first[..end]), Some(&new.resolved)), None, "the first is cut off at {end}");
+        }
+        let head = new.resolved.match_indices('\n').nth(1).unwrap().0;
+        for end in 0..head {
+            assert_eq!(whole(Some(&new.first), Some(&new.resolved[..end])), None, "the second is cut off at {end}");
+        }
+        assert_eq!(whole(Some("no settings"), None), None);
+        assert_eq!((whole(None, None), whole(Some(SET), None)), (Some(Owner::default()), Some(strict(SET))));
+        let newer = new.resolved.replace("format = 1", "format = 2");
+        assert_eq!(whole(Some(&new.first), Some(&newer)), Some(strict(SET)), "a newer form");
     }
 
     #[test]

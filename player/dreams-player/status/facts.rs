@@ -41,6 +41,8 @@ pub(crate) struct Facts {
     pub(crate) generation: Option<GenerationFacts>,
     /// What became of the last look for another.
     pub(crate) contact: Option<ContactFacts>,
+    /// The newest change of the owner's settings of the display; none since the run began.
+    pub(crate) settings: Option<SettingsFacts>,
     /// Every sheep's share of the visits so far, and the one that is due to it.
     pub(crate) sheep: Vec<SheepFacts>,
 }
@@ -127,6 +129,14 @@ pub(crate) struct FaultFacts {
 }
 
 #[derive(Debug, Serialize)]
+pub(crate) struct SettingsFacts {
+    /// The keys that got another value.
+    pub(crate) changed: Vec<&'static str>,
+    /// How long ago that was.
+    pub(crate) age_s: u64,
+}
+
+#[derive(Debug, Serialize)]
 pub(crate) struct PathFacts {
     pub(crate) seed: u64,
     pub(crate) step: u64,
@@ -171,6 +181,7 @@ impl Facts {
             latest_faults: latest.map(|f| FaultFacts { kind: f.kind.name(), message: f.message }).collect(),
             generation: None,
             contact: None,
+            settings: None,
             path: scheduled.map(|scheduled| PathFacts { seed: scheduled.place.seed(), step: scheduled.place.step() }),
             sheep: itinerary.map_or_else(Vec::new, |itinerary| sheep(&itinerary)),
         }

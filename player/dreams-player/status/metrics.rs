@@ -84,6 +84,7 @@ mod tests {
             path: None,
             generation: None,
             contact: None,
+            settings: None,
             sheep: vec![sheep],
         };
         let text = text(&facts);

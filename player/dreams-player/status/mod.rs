@@ -14,12 +14,12 @@ mod metrics;
 mod server;
 mod standing;
 
-use crate::control::{FULL, Overlay, PaneBuffer};
+use crate::control::{DisplayTarget, FULL, Overlay, PaneBuffer};
 use crate::recording::{Faults, SharedView};
 use crate::settings::StatusAddress;
 use crate::stream::Plan;
 use diagnostics::chain;
-use facts::{Facts, Showing};
+use facts::{Facts, SettingsFacts, Showing};
 use flock::Flock;
 use hosts::Hosts;
 use http::Answer;
@@ -54,6 +54,7 @@ pub(crate) struct Page {
     pub(crate) plan: Arc<Plan>,
     pub(crate) overlay: Arc<Overlay>,
     pub(crate) faults: Faults,
+    pub(crate) target: Arc<DisplayTarget>,
     pub(crate) begun: Nanos,
     /// Where the flock to be played is said to be.
     pub(crate) source: PathBuf,
@@ -63,7 +64,10 @@ impl Page {
     fn facts(&self) -> Facts {
         let facts = Facts::gather(&self.flock, &self.view, &self.plan, &self.faults, now().since(self.begun));
         let (generation, contact) = standing::read(&self.source, ClockReader::of_machine().read().known_s());
-        Facts { generation, contact, ..facts }
+        let age_s = |at| now().since(at) / 1_000_000_000;
+        let change = self.target.change();
+        let settings = change.map(|change| SettingsFacts { age_s: age_s(change.at), changed: change.keys });
+        Facts { generation, contact, settings, ..facts }
     }
 
     /// The picture on the glass, with what lies over it.

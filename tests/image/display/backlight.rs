@@ -18,7 +18,8 @@ fn a_panel_is_dimmed_by_its_backlight_as_its_owner_has_set() {
     // A regular file is appended to, unlike one in `/sys`.
     let is_told = |power: &str| format!("until grep -q '{power}$' {BACKLIGHT}/brightness; do sleep 1; done");
     machine.run(&is_told("400"));
-    machine.run("echo 'brightness = \"30\"' >> /var/lib/dreams/owner/dreams.toml");
+    // The player takes the two files of the settings only as they belong together, or the first without the second.
+    machine.run("cd /var/lib/dreams/owner && rm -f dreams.toml.kept && echo 'brightness = \"30\"' >> dreams.toml");
     machine.run(&is_told("120"));
     machine.is_well();
 }

@@ -3,8 +3,8 @@
 //!
 //! Owns the output that is prepared while the present one is lit, and the change: one commit, which sets a mode only if
 //! there is a better one for the new pictures. The old buffers are freed once the new picture is on the screen. If the
-//! card cannot do it, the old configuration stays and pictures of another size are centred. The connector does not
-//! change until the next start.
+//! card cannot do it, the old configuration stays and pictures of another size are centred. Another connector is lit
+//! like a display that is plugged in.
 //!
 //! Start at [`KmsScreen::prepare_better`].
 
