@@ -296,7 +296,7 @@ fn careless_cuts(carelessness: Carelessness) -> usize {
     match carelessness {
         Carelessness::NoFileSync => 100,
         Carelessness::NoFolderSync => 200,
-        Carelessness::WritesInPlace => 400,
+        Carelessness::WritesInPlace | Carelessness::BadSectors => 400,
     }
 }
 

@@ -86,6 +86,7 @@ mod updates {
     mod old_formats;
     pub(crate) mod sticks;
     mod stolen_key;
+    mod store_places;
     mod systems;
     mod untrusted_text;
 }

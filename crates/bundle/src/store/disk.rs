@@ -11,8 +11,9 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use composefs_ioctls::fsverity::{EnableVerityError, fs_ioc_enable_verity};
-use durable::{Append, Locked, Storage};
-use rustix::fs::{Advice, AtFlags, FlockOperation, Mode, OFlags};
+use durable::{Append, Locked, Storage, plain};
+use rustix::fs::{Advice, AtFlags, FileType, FlockOperation, Mode, OFlags};
+use rustix::io::Errno;
 
 use crate::beneath::{Root, ignore_error, none_if_missing};
 
@@ -34,10 +35,10 @@ pub trait Disk: Storage + Send {
     /// Opens a file for sequential reading.
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>>;
 
-    /// The size of a file in bytes; `None` if there is none.
+    /// The size of a plain file in bytes; `None` if there is none, or something else in its place.
     fn length(&self, path: &str) -> io::Result<Option<u64>>;
 
-    /// The names in a folder, in any order; none if there is no such folder.
+    /// The names in a folder, in any order; none if there is no such folder, or something else in its place.
     fn list(&self, folder: &str) -> io::Result<Vec<String>>;
 
     /// Creates a folder, unless it exists.
@@ -69,6 +70,9 @@ pub trait Disk: Storage + Send {
 }
 
 /// A folder on a real disk, locked against a second updater. The player may record its trial at the same time.
+///
+/// All names in it are the store's. Where a damaged file system or another program has put a pipe, a link or a folder in
+/// the place of a file, or a file in the place of a folder, the next write replaces it.
 #[derive(Debug)]
 pub struct LocalDisk {
     root: Root,
@@ -83,10 +87,10 @@ impl LocalDisk {
     /// The disk's error; [`io::ErrorKind::WouldBlock`] if another process holds the lock.
     pub fn open(path: &Path) -> io::Result<Self> {
         std::fs::create_dir_all(path)?;
-        let root = Root::open(path)?;
-        let lock = File::from(root.at("lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
+        let unlocked = Self { root: Root::open(path)?, _lock: None };
+        let lock = unlocked.plain_file("lock", OFlags::RDWR)?;
         rustix::fs::flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-        Ok(Self { root, _lock: Some(Locked::new(lock)) })
+        Ok(Self { _lock: Some(Locked::new(lock)), ..unlocked })
     }
 
     /// Opens the existing folder at `path`, and locks it: as [`LocalDisk::open`], for a user that may only read it.
@@ -111,6 +115,32 @@ impl LocalDisk {
         rustix::fs::flock(&folder, FlockOperation::LockShared)?;
         Ok(folder)
     }
+
+    /// Opens the plain file at `path` for writing, creates it if it is missing, and replaces anything else there.
+    fn plain_file(&self, path: &str, flags: OFlags) -> io::Result<File> {
+        let flags = flags | OFlags::CREATE | OFlags::NONBLOCK;
+        let open = || self.root.at(path, flags, 0o644).map(File::from).and_then(plain);
+        self.replacing(path, FileType::RegularFile, open)
+    }
+
+    /// Does `work`; if it fails and something other than `expected` is at `path`, removes that and does it again.
+    fn replacing<T>(&self, path: &str, expected: FileType, work: impl Fn() -> io::Result<T>) -> io::Result<T> {
+        match work() {
+            Err(error) if self.kind(path).is_none_or(|found| found == expected) => Err(error),
+            Err(_) => {
+                remove_tree(self, path)?;
+                work()
+            }
+            done => done,
+        }
+    }
+
+    /// The kind of what is at `path`; `None` if there is nothing, or it cannot be found out.
+    fn kind(&self, path: &str) -> Option<FileType> {
+        let (folder, name) = self.root.parent(path).ok()?;
+        let status = rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW).ok()?;
+        Some(FileType::from_raw_mode(status.st_mode))
+    }
 }
 
 impl Storage for LocalDisk {
@@ -119,11 +149,17 @@ impl Storage for LocalDisk {
     }
 
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
-        self.root.append(path)
+        Ok(Box::new(self.plain_file(path, OFlags::WRONLY | OFlags::APPEND)?))
     }
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
-        self.root.rename(from, to)
+        match self.root.rename(from, to) {
+            Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+                remove_tree(self, to)?;
+                self.root.rename(from, to)
+            }
+            renamed => renamed,
+        }
     }
 
     fn remove(&self, path: &str) -> io::Result<()> {
@@ -143,12 +179,14 @@ impl Disk for LocalDisk {
     }
 
     fn length(&self, path: &str) -> io::Result<Option<u64>> {
-        self.root.length(path)
+        self.root.length(path).or_else(|error| if is_of_another_kind(&error) { Ok(None) } else { Err(error) })
     }
 
     fn list(&self, folder: &str) -> io::Result<Vec<String>> {
         let folder = match self.root.folder(folder) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound || is_of_another_kind(&error) => {
+                return Ok(Vec::new());
+            }
             folder => folder?,
         };
         let mut names = Vec::new();
@@ -162,13 +200,19 @@ impl Disk for LocalDisk {
     }
 
     fn make_folder(&self, path: &str) -> io::Result<()> {
-        let (folder, name) = self.root.parent(path)?;
-        ignore_error(rustix::fs::mkdirat(folder, name, Mode::from_raw_mode(0o755)), io::ErrorKind::AlreadyExists)
+        self.replacing(path, FileType::Directory, || {
+            let (folder, name) = self.root.parent(path)?;
+            let made = rustix::fs::mkdirat(folder, name, Mode::from_raw_mode(0o755));
+            ignore_error(made, io::ErrorKind::AlreadyExists)?;
+            self.root.folder(path).map(|_| ())
+        })
     }
 
     fn link(&self, from: &str, to: &str) -> io::Result<()> {
-        let ((from, old), (to, new)) = (self.root.parent(from)?, self.root.parent(to)?);
-        Ok(rustix::fs::linkat(from, old, to, new, AtFlags::empty())?)
+        self.replacing(to, FileType::RegularFile, || {
+            let ((from, old), (to, new)) = (self.root.parent(from)?, self.root.parent(to)?);
+            Ok(rustix::fs::linkat(from, old, to, new, AtFlags::empty())?)
+        })
     }
 
     fn remove_folder(&self, path: &str) -> io::Result<()> {
@@ -186,7 +230,7 @@ impl Disk for LocalDisk {
         match rustix::fs::readlinkat(folder, name, Vec::new()) {
             Ok(target) => Ok(target.into_string().ok()),
             // Nothing there, or not a link.
-            Err(rustix::io::Errno::NOENT | rustix::io::Errno::INVAL) => Ok(None),
+            Err(Errno::NOENT | Errno::INVAL) => Ok(None),
             Err(error) => Err(error.into()),
         }
     }
@@ -211,7 +255,7 @@ impl Disk for LocalDisk {
     }
 
     fn lock_state(&self) -> io::Result<Option<File>> {
-        let file = File::from(self.root.at("state.lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
+        let file = self.plain_file("state.lock", OFlags::RDWR)?;
         rustix::fs::flock(&file, FlockOperation::LockExclusive)?;
         Ok(Some(file))
     }
@@ -222,8 +266,27 @@ impl Disk for LocalDisk {
             folder => folder?,
         };
         match rustix::fs::flock(&folder, FlockOperation::NonBlockingLockExclusive) {
-            Err(rustix::io::Errno::WOULDBLOCK) => Ok(true),
+            Err(Errno::WOULDBLOCK) => Ok(true),
             locked => Ok(locked.map(|()| false)?),
         }
+    }
+}
+
+/// Whether something of another kind than expected is at the path of `error`, or in the place of a folder on the way.
+fn is_of_another_kind(error: &io::Error) -> bool {
+    let is_link = error.raw_os_error() == Some(Errno::LOOP.raw_os_error());
+    is_link || matches!(error.kind(), io::ErrorKind::InvalidData | io::ErrorKind::NotADirectory)
+}
+
+/// Removes a file, or a folder with its contents, if it exists.
+pub(crate) fn remove_tree(disk: &dyn Disk, path: &str) -> io::Result<()> {
+    match disk.remove(path) {
+        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+            for name in disk.list(path)? {
+                remove_tree(disk, &format!("{path}/{name}"))?;
+            }
+            disk.remove_folder(path)
+        }
+        removed => removed,
     }
 }

@@ -13,7 +13,7 @@ use durable::{parent, read_all};
 use crate::contents::{Contents, VerifiedBundle};
 use crate::limits;
 use crate::refusal::Refusal;
-use crate::store::disk::Disk;
+use crate::store::disk::{Disk, remove_tree};
 use crate::store::state::{Generation, Unknown};
 use crate::store::{GENERATIONS, Store, StoreError, at, flock_folder, generation_folder};
 
@@ -123,16 +123,4 @@ pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io:
 /// The folders of the objects of `contents`.
 fn object_folders(contents: &Contents) -> BTreeSet<String> {
     contents.files().iter().map(|file| parent(&file.id.path()).to_owned()).collect()
-}
-
-fn remove_tree(disk: &dyn Disk, path: &str) -> io::Result<()> {
-    match disk.remove(path) {
-        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            for name in disk.list(path)? {
-                remove_tree(disk, &format!("{path}/{name}"))?;
-            }
-            disk.remove_folder(path)
-        }
-        removed => removed,
-    }
 }

@@ -69,7 +69,7 @@ impl Store {
         }
         for id in &replaced {
             let quarantined = quarantined(id);
-            self.disk.remove(&quarantined).map_err(at("remove", &quarantined))?;
+            self.remove_tree(&quarantined)?;
         }
         if replaced.is_empty() { Ok(()) } else { self.disk.sync_folder(QUARANTINE).map_err(at("sync", QUARANTINE)) }
     }

@@ -7,7 +7,7 @@
 #![allow(clippy::missing_errors_doc, reason = "a function that does not say otherwise fails with `StoreError::Disk`")]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Read};
 
 use crate::contents::{Contents, FileEntry, VerifiedBundle};
 use crate::limits;
@@ -77,7 +77,7 @@ impl Store {
                 let path = format!("{folder}/{name}");
                 let id = ObjectId::parse(&format!("{}{name}", &folder["objects/".len()..]));
                 if id.is_ok_and(|id| !needed.contains(&id)) {
-                    self.disk.remove(&path).map_err(at("remove", &path))?;
+                    self.remove_tree(&path)?;
                 }
             }
         }
@@ -87,7 +87,7 @@ impl Store {
             for name in self.disk.list(folder).map_err(at("list", folder))? {
                 if ObjectId::parse(&name).is_ok_and(|id| !wanted.contains(&id)) {
                     let path = format!("{folder}/{name}");
-                    self.disk.remove(&path).map_err(at("remove", &path))?;
+                    self.remove_tree(&path)?;
                 }
             }
         }
@@ -114,8 +114,8 @@ impl Store {
                 Ok(None) => break,
                 Ok(Some(read)) if read == id => found.whole += 1,
                 Ok(Some(_)) => found.damaged.push(wanted()),
-                // [`Store::missing`] lists it.
-                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                // [`Store::missing`] lists an object that is missing, or that has something else in its place.
+                Err(_) if self.disk.length(&id.path()).is_ok_and(|length| length.is_none()) => {}
                 Err(error) => found.unread.push(UnreadableObject { wanted: wanted(), why: error.to_string() }),
             }
             found.is_failing = found.unread.len() >= limits::UNREAD;

@@ -1,4 +1,5 @@
-//! Disks that forget something on purpose, to show that whoever looks for lost flocks would notice.
+//! Disks that fail on purpose: some forget something, to show that the search for lost flocks would notice, and some cannot
+//! read all of their files.
 //!
 //! Owns the carelessness, on top of any other disk. The crash laboratory of `tests/crash` has it on a real one.
 
@@ -15,16 +16,21 @@ pub(crate) struct Careless<D> {
     pub(crate) meanwhile: fn(&D),
 }
 
-/// What it forgets.
+/// What it forgets, or cannot do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Carelessness {
     NoFileSync,
     NoFolderSync,
     WritesInPlace,
+    /// Opening a file fails if another file has its name and [`BAD`].
+    BadSectors,
 }
 
+/// The end of the name of a file that marks another one as unreadable.
+pub(crate) const BAD: &str = ".bad";
+
 impl Carelessness {
-    /// All kinds of it.
+    /// All that loses flocks.
     pub(crate) const ALL: [Self; 3] = [Self::NoFileSync, Self::NoFolderSync, Self::WritesInPlace];
 }
 
@@ -77,6 +83,9 @@ impl<D: Disk> Disk for Careless<D> {
     }
 
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
+        if self.carelessness == Carelessness::BadSectors && self.disk.length(&format!("{path}{BAD}"))?.is_some() {
+            return Err(rustix::io::Errno::IO.into());
+        }
         self.disk.open(path)
     }
 

@@ -1,5 +1,6 @@
 //! What a unit does with bundles, in order: install, try, keep, go back, clean up, mend.
 
+use crate::careless::{BAD, Careless, Carelessness};
 use crate::folders::files_in;
 use crate::press::{Files, fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
@@ -266,45 +267,66 @@ fn what_is_damaged_stays_in_its_place_until_what_was_fetched_again_takes_it() {
     assert_eq!(store.missing().unwrap(), []);
 }
 
-/// Takes the content away from so many objects, as bad sectors do: who opens them is given nothing. Where they were.
-fn silence(store: &Path, count: usize) -> Vec<(PathBuf, PathBuf)> {
-    let objects: Vec<PathBuf> =
-        files_in(&store.join("objects")).unwrap().keys().map(|name| store.join("objects").join(name)).collect();
-    let silent = |object: &PathBuf| {
-        let away = object.with_extension("away");
-        fs::rename(object, &away).unwrap();
-        fs::create_dir(object).unwrap();
-        (object.clone(), away)
+/// Marks so many objects as unreadable; returns their paths and those of the marks.
+fn spoil(store: &Path, count: usize) -> Vec<(PathBuf, PathBuf)> {
+    let objects = files_in(&store.join("objects")).unwrap();
+    let marked = |name: &String| {
+        let object = store.join("objects").join(name);
+        let mark = store.join("objects").join(format!("{name}{BAD}"));
+        fs::write(&mark, "").unwrap();
+        (object, mark)
     };
-    objects.iter().take(count).map(silent).collect()
+    objects.keys().take(count).map(marked).collect()
 }
 
 #[test]
-fn what_the_disk_does_not_give_stays_and_a_disk_that_fails_is_not_looked_through_to_its_end() {
+fn unreadable_objects_stay_and_a_failing_disk_is_left_alone() {
     let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let files = flock(20, 0);
     press(stick.path(), &files, &[], 1, "artist");
-    let mut store = store(unit_folder.path());
+    let disk = LocalDisk::open(unit_folder.path()).unwrap();
+    let disk = Careless { disk, carelessness: Carelessness::BadSectors, meanwhile: |_| () };
+    let mut store = Store::open(Box::new(disk), trust()).unwrap();
     update(&mut store, stick.path());
-    let silenced = silence(unit_folder.path(), limits::UNREAD);
+    let spoiled = spoil(unit_folder.path(), limits::UNREAD);
     let found = store.scrub(|_| true).unwrap();
     assert_eq!((found.is_failing, found.unread.len(), found.damaged.len()), (true, limits::UNREAD, 0));
     assert_eq!(playing(unit_folder.path()).as_ref(), Some(&files));
-    assert!(silenced.iter().all(|(object, _)| object.exists()), "a disk that fails is left as it is");
+    assert!(spoiled.iter().all(|(object, _)| object.exists()), "a disk that fails is left as it is");
     // Fewer of them are fetched again, unless the disk gives them after all.
-    let (given, away) = &silenced[0];
-    fs::remove_dir(given).unwrap();
-    fs::rename(away, given).unwrap();
+    fs::remove_file(&spoiled[0].1).unwrap();
     let found = store.scrub(|_| true).unwrap();
     assert_eq!((found.is_failing, found.unread.len()), (false, limits::UNREAD - 1));
     assert_eq!(playing(unit_folder.path()).as_ref(), Some(&files));
     let missing = store.missing().unwrap();
     assert_eq!(missing.len(), limits::UNREAD - 1);
-    let aside = unit_folder.path().join("aside").join(missing[0].id.to_string());
-    fs::remove_dir(&aside).unwrap();
-    fs::write(&aside, &files[missing[0].path.as_str()]).unwrap();
+    for wanted in &missing[1..] {
+        fs::write(unit_folder.path().join(format!("aside/{}{BAD}", wanted.id)), "").unwrap();
+    }
     assert_eq!(missing.iter().map(|wanted| store.restore(wanted).unwrap()).filter(|is_back| *is_back).count(), 1);
     assert_eq!(store.missing().unwrap().len(), limits::UNREAD - 2);
+}
+
+#[test]
+fn an_object_of_another_kind_is_missing_not_unreadable() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = flock(20, 0);
+    press(stick.path(), &files, &[], 1, "artist");
+    let mut store = store(unit_folder.path());
+    update(&mut store, stick.path());
+    for name in files_in(&unit_folder.path().join("objects")).unwrap().keys() {
+        let object = unit_folder.path().join("objects").join(name);
+        fs::remove_file(&object).unwrap();
+        fs::create_dir_all(object.join("of another program")).unwrap();
+    }
+    let found = store.scrub(|_| true).unwrap();
+    assert_eq!((found.whole, found.is_failing, found.unread.len()), (0, false, 0));
+    assert_eq!(store.missing().unwrap().len(), 21);
+    let bundle = verified(stick.path(), store.trust()).unwrap();
+    fetch(&store, stick.path(), &bundle);
+    store.repair().unwrap();
+    assert_eq!(store.scrub(|_| true).unwrap().whole, 21);
+    assert_eq!(playing(unit_folder.path()), Some(files));
 }
 
 #[test]
