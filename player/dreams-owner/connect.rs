@@ -89,6 +89,7 @@ fn connect(options: &Options, settings: FileVersion) -> io::Result<()> {
             }
             Effect::TellName => tell(options, "is not there. Its name stands in"),
             Effect::TellPassword => tell(options, "does not take the password in"),
+            Effect::TellServer => tell(options, "has a server without an authority in"),
         }
     }
     Ok(())

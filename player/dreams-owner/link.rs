@@ -19,8 +19,10 @@ const DOUBT: u32 = 4;
 pub(super) enum Event {
     /// The unit is in the Wi-Fi.
     Joined,
-    /// The access point is there, and does not take the password.
+    /// The access point is there, and does not accept the password, or the user with it.
     Refused,
+    /// No authority of the owner's vouches for the server of a network with IEEE 802.1X.
+    Unvouched,
     /// No access point of this name is there.
     Unseen,
 }
@@ -35,6 +37,8 @@ pub(super) enum Effect {
     TellName,
     /// Tell that the password is wrong.
     TellPassword,
+    /// Say that no authority vouches for the server.
+    TellServer,
 }
 
 /// What is known of the Wi-Fi, since its settings are these.
@@ -48,18 +52,21 @@ pub(super) enum Link {
     WrongPassword,
     /// The notice says that nothing of this name is there.
     WrongName,
+    /// The notice says that no authority vouches for the server.
+    WrongServer,
 }
 
 impl Link {
     /// What is known, and to be done, after `event` at `now`.
     pub(super) fn on(self, event: Event, now: Nanos) -> (Self, Effect) {
         match (self, event) {
-            (Self::New { .. } | Self::Known { .. } | Self::WrongPassword | Self::WrongName, Event::Joined) => {
-                (Self::Known { refused: 0 }, Effect::TakeBack)
-            }
+            (_, Event::Joined) => (Self::Known { refused: 0 }, Effect::TakeBack),
             (Self::New { .. } | Self::WrongName, Event::Refused) => (Self::WrongPassword, Effect::TellPassword),
             (Self::Known { refused }, Event::Refused) if refused + 1 >= DOUBT => {
                 (Self::WrongPassword, Effect::TellPassword)
+            }
+            (Self::New { .. } | Self::Known { .. } | Self::WrongName | Self::WrongPassword, Event::Unvouched) => {
+                (Self::WrongServer, Effect::TellServer)
             }
             (Self::Known { refused }, Event::Refused) => (Self::Known { refused: refused + 1 }, Effect::Nothing),
             (Self::New { unseen_since: None }, Event::Unseen) => {
@@ -72,7 +79,9 @@ impl Link {
             }
             // What was told stays until it is joined: an access point may be off while it is mended.
             (Self::New { .. } | Self::Known { .. } | Self::WrongName, Event::Unseen)
-            | (Self::WrongPassword, Event::Refused | Event::Unseen) => (self, Effect::Nothing),
+            | (Self::WrongPassword, Event::Refused | Event::Unseen)
+            // `wpa_supplicant` counts a server that is not vouched for as a refusal, too.
+            | (Self::WrongServer, Event::Unvouched | Event::Refused | Event::Unseen) => (self, Effect::Nothing),
         }
     }
 }
@@ -84,8 +93,11 @@ pub(super) fn event(line: &str) -> Option<Event> {
     match words.next()? {
         "CTRL-EVENT-CONNECTED" => Some(Event::Joined),
         "CTRL-EVENT-NETWORK-NOT-FOUND" => Some(Event::Unseen),
-        // The name of the network stands in between, and is a stranger's.
-        "CTRL-EVENT-SSID-TEMP-DISABLED" => (words.next_back()? == "reason=WRONG_KEY").then_some(Event::Refused),
+        // The name of the network stands in between, and is a stranger's. AUTH_FAILED is of networks with users.
+        "CTRL-EVENT-SSID-TEMP-DISABLED" => {
+            ["reason=WRONG_KEY", "reason=AUTH_FAILED"].contains(&words.next_back()?).then_some(Event::Refused)
+        }
+        "CTRL-EVENT-EAP-TLS-CERT-ERROR" => Some(Event::Unvouched),
         // By WPA3: the second step of its authentication confirms the password. Access points refuse it as "challenge
         // failure" (15), `hostapd` 2.10 as "unspecified" (1).
         "CTRL-EVENT-AUTH-REJECT" => {
@@ -124,6 +136,17 @@ mod tests {
         assert_eq!(told(Link::Known { refused: 0 }, &refused, NOW), wanted);
         let between = [&refused[1..], &[Event::Joined], &refused[1..]].concat();
         assert!(!told(Link::Known { refused: 0 }, &between, NOW).contains(&Effect::TellPassword));
+    }
+
+    #[test]
+    fn a_server_without_an_authority_is_named_and_no_password_is_blamed() {
+        let failed = [Event::Unvouched, Event::Refused];
+        let new = Link::New { unseen_since: None };
+        assert_eq!(told(new, &failed, NOW), [Effect::TellServer, Effect::Nothing]);
+        assert_eq!(told(Link::WrongPassword, &failed, NOW), [Effect::TellServer, Effect::Nothing]);
+        assert_eq!(told(Link::Known { refused: 0 }, &failed, NOW), [Effect::TellServer, Effect::Nothing]);
+        let vouched = [Event::Unvouched, Event::Joined];
+        assert_eq!(told(new, &vouched, NOW), [Effect::TellServer, Effect::TakeBack]);
     }
 
     #[test]
@@ -170,6 +193,14 @@ mod tests {
             ),
             ("<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=3 auth_transaction=1 status_code=77", None),
             ("<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=0 auth_transaction=2 status_code=1", None),
+            (
+                "<3>CTRL-EVENT-SSID-TEMP-DISABLED id=0 ssid=\"a\" auth_failures=1 duration=10 reason=AUTH_FAILED",
+                Some(Event::Refused),
+            ),
+            (
+                "<3>CTRL-EVENT-EAP-TLS-CERT-ERROR reason=1 depth=0 subject='/CN=a' err='unable to get local issuer'",
+                Some(Event::Unvouched),
+            ),
             ("<3>CTRL-EVENT-SCAN-STARTED ", None),
             ("OK", None),
             ("", None),

@@ -13,7 +13,7 @@ use settings::owners_text::NoText;
 use std::io::ErrorKind;
 
 /// How each key is set.
-const FORMS: [(&str, &str); 32] = [
+const FORMS: [(&str, &str); 35] = [
     ("acknowledge", "true or false"),
     ("address", "as \"192.0.2.7/24\""),
     ("authorities", "certificates in PEM, in \"\"\""),
@@ -44,8 +44,11 @@ const FORMS: [(&str, &str); 32] = [
     ("url", "as \"https://example.org/flocks\""),
     ("vote_noise", "true or false"),
     ("wifi", "its name in \"\", 32 bytes at most"),
+    ("wifi_authorities", "PEM, in \"\"\""),
     ("wifi_country", "two capitals, as \"CH\""),
+    ("wifi_identity", "the name of the user, in \"\""),
     ("wifi_password", "8 to 63 English letters or signs in \"\""),
+    ("wifi_server", "as \"radius.example.org\""),
 ];
 /// Letters of a key that is not known.
 const KEY: usize = 24;

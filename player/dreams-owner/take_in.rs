@@ -13,7 +13,7 @@ use player::{Lasting, Notice};
 use settings::kept::{Kept, resolved_path};
 use settings::owner::FILE_NAME;
 use settings::owners_text::{NoText, OwnersText};
-use settings::wifi::{Wifi, without_password};
+use settings::wifi::without_password;
 use settings::{ConfigError, Owner};
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -40,7 +40,7 @@ pub(crate) struct Options {
     /// Where the unit's host name is kept, if the owner has set one
     #[arg(long, value_name = "FILE")]
     name: PathBuf,
-    /// Where the Wi-Fi is kept, with its password
+    /// Where the Wi-Fi is kept, with its password; beside it, with `.pem`, the certificates of its authorities
     #[arg(long, value_name = "FILE")]
     wifi: PathBuf,
     /// Where the settings of votes are kept, for their own user
@@ -84,7 +84,10 @@ fn take_in(options: &Options) -> Result<(), Fatal> {
 fn keep(options: &Options, text: &str) -> Result<(), Fatal> {
     let owner = Owner::parse(Path::new(FILE_NAME), text)?;
     // Only here is the password known: what is kept of the rest is for others to read.
-    tell(&options.wifi, owner.wifi().as_ref().map(Wifi::settings).as_deref(), NOBODY_ELSE)?;
+    let (wifi, authorities) = (owner.wifi(), options.wifi.with_extension("pem"));
+    let certificates = wifi.as_ref().and_then(|wifi| Some(wifi.enterprise.as_ref()?.authorities.pem()));
+    tell(&authorities, certificates.as_deref(), ALL)?;
+    tell(&options.wifi, wifi.map(|wifi| wifi.settings(&authorities)).as_deref(), NOBODY_ELSE)?;
     let Kept { first, resolved } = Kept::of(&without_password(text));
     // The first is enough for whoever reads before the second is there, or without it.
     tell(&options.keep, Some(&first), GROUP)?;

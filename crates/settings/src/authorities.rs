@@ -5,6 +5,7 @@
 //!
 //! Start at [`Authorities`].
 
+use ct_codecs::{Base64, Encoder};
 use rustls::RootCertStore;
 use rustls::pki_types::CertificateDer;
 use rustls::pki_types::pem::PemObject;
@@ -32,6 +33,18 @@ impl Authorities {
     pub fn readable(bytes: &[u8]) -> (Self, usize) {
         let (readable, wrong): (Vec<_>, Vec<_>) = certificates(bytes).into_iter().partition(Option::is_some);
         (Self(readable.into_iter().flatten().collect()), wrong.len())
+    }
+
+    /// Their certificates as text, in PEM (RFC 7468).
+    pub fn pem(&self) -> String {
+        let text = |certificate: &CertificateDer<'_>| {
+            // Only a text of more than a gigabyte cannot be encoded, and a certificate was read from settings.
+            let digits = Base64::encode_to_string(certificate).unwrap_or_default();
+            let letters: Vec<char> = digits.chars().collect();
+            let lines: String = letters.chunks(64).flat_map(|line| line.iter().chain(&['\n'])).collect();
+            format!("-----BEGIN CERTIFICATE-----\n{lines}-----END CERTIFICATE-----\n")
+        };
+        self.0.iter().map(text).collect()
     }
 
     /// Their certificates, in the order of the text.

@@ -90,10 +90,16 @@ pub struct Owner {
     pub ntp: Vec<String>,
     /// What its Wi-Fi is called.
     wifi: Option<wifi::Name>,
-    /// Its password; `None` for one that is open.
+    /// Its password, or that of the user; `None` for one that is open.
     wifi_password: Option<Password>,
     /// In which country it is.
     wifi_country: Option<Country>,
+    /// The name of the user, for a network with IEEE 802.1X.
+    wifi_identity: Option<wifi::Identity>,
+    /// The authorities that may vouch for the server of that network.
+    wifi_authorities: Authorities,
+    /// The name of that server.
+    wifi_server: Option<wifi::Server>,
     /// The input device with the buttons of those who vote.
     pub button: Option<ButtonDevice>,
     /// The key that is a vote for what is shown.
@@ -125,20 +131,35 @@ impl Owner {
     /// Errors: [`ConfigError::Malformed`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let owner: Self = parse(path, text)?;
-        let Some(Alone { key, needs }) = owner.alone() else { return Ok(owner) };
-        let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
-        let message = format!("there is no `{}` that it is for", needs.replace(" or ", "` and no `"));
-        let (path, key) = (path.to_owned(), key.to_owned());
-        Err(ConfigError::Malformed { path, line, key, message, mistake: Mistake::Alone { needs } })
+        let of = |key: &str, message, mistake| {
+            let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
+            ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message, mistake }
+        };
+        if let Some(Alone { key, needs }) = owner.alone() {
+            let message = format!("it needs `{}`, which is not set", needs.replace(" or ", "` or `"));
+            return Err(of(key, message, Mistake::Alone { needs }));
+        }
+        match &owner.wifi_password {
+            Some(password) if owner.wifi_identity.is_none() && !password.is_shared() => {
+                Err(of("wifi_password", password.unshared(), Mistake::Value))
+            }
+            Some(_) | None => Ok(owner),
+        }
     }
 
     /// The first setting without the one that it is for.
     pub(crate) fn alone(&self) -> Option<Alone> {
-        let (no_wifi, no_button) = (self.wifi.is_none(), self.button.is_none());
+        let (no_wifi, no_button, no_user) = (self.wifi.is_none(), self.button.is_none(), self.wifi_identity.is_none());
+        let no_authority = self.wifi_authorities.certificates().is_empty();
         let settings = [
             ("gateway", self.gateway.is_some() && self.address.is_none(), "address"),
             ("wifi_password", self.wifi_password.is_some() && no_wifi, "wifi"),
             ("wifi_country", self.wifi_country.is_some() && no_wifi, "wifi"),
+            ("wifi_identity", !no_user && no_wifi, "wifi"),
+            ("wifi_identity", !no_user && no_authority, "wifi_authorities"),
+            ("wifi_identity", !no_user && self.wifi_password.is_none(), "wifi_password"),
+            ("wifi_authorities", !no_authority && no_user, "wifi_identity"),
+            ("wifi_server", self.wifi_server.is_some() && no_user, "wifi_identity"),
             ("button_up", self.button_up.is_some() && no_button, "button"),
             ("button_down", self.button_down.is_some() && no_button, "button"),
             ("acknowledge", self.acknowledge.is_some() && no_button, "button"),
@@ -152,8 +173,15 @@ impl Owner {
 
     /// The Wi-Fi that it names.
     pub fn wifi(&self) -> Option<Wifi> {
-        let Self { wifi_password: password, wifi_country: country, .. } = self;
-        self.wifi.clone().map(|name| Wifi { name, password: password.clone(), country: country.clone() })
+        let Self { wifi_authorities: authorities, wifi_server: server, .. } = self;
+        let user = |identity: &wifi::Identity| wifi::Enterprise {
+            identity: identity.clone(),
+            authorities: authorities.clone(),
+            server: server.clone(),
+        };
+        let (password, country) = (self.wifi_password.clone(), self.wifi_country.clone());
+        let enterprise = self.wifi_identity.as_ref().map(user);
+        self.wifi.clone().map(|name| Wifi { name, password, country, enterprise })
     }
 
     /// What it says about the display.
@@ -237,17 +265,22 @@ fn url<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
 /// Reads a list of names or addresses of machines.
 fn hosts<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
     let hosts = Vec::<String>::deserialize(from)?;
-    let is_label = |label: &str| {
-        let is_plain = label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
-        is_plain && (1..=63).contains(&label.len()) && !label.starts_with('-') && !label.ends_with('-')
-    };
-    let is_host = |host: &str| host.parse::<IpAddr>().is_ok() || (host.len() <= 253 && host.split('.').all(is_label));
+    let is_host = |host: &str| host.parse::<IpAddr>().is_ok() || is_host_name(host);
     match hosts.iter().find(|host| !is_host(host)) {
         Some(wrong) => Err(D::Error::custom(format!(
             "`{wrong}` is not a valid time server: its name or address, as in `ntp.example.org`"
         ))),
         None => Ok(hosts),
     }
+}
+
+/// Whether `host` is a name of a machine, by RFC 1123: labels of letters, digits and `-`, with dots between them.
+pub(crate) fn is_host_name(host: &str) -> bool {
+    let is_label = |label: &str| {
+        let is_plain = label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
+        is_plain && (1..=63).contains(&label.len()) && !label.starts_with('-') && !label.ends_with('-')
+    };
+    host.len() <= 253 && host.split('.').all(is_label)
 }
 
 fn report_every<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
@@ -359,25 +392,25 @@ mod tests {
             ("closed = \"Mon\"", "line 1, key `closed`"),
             (
                 "unit = \"lobby\"\ngateway = \"192.0.2.1\"",
-                "line 2, key `gateway`: there is no `address` that it is for",
+                "line 2, key `gateway`: it needs `address`, which is not set",
             ),
             ("button = \"pedal\"", "line 1, key `button`: invalid value: string \"pedal\", expected `any`, or a path"),
             ("button = \"any\"\nbutton_down = \"any\"", "line 2, key `button_down`"),
-            ("button_down = \"KEY_DOWN\"", "line 1, key `button_down`: there is no `button` that it is for"),
-            ("vote_noise = true", "line 1, key `vote_noise`: there is no `button` and no `presence` that it is for"),
+            ("button_down = \"KEY_DOWN\"", "line 1, key `button_down`: it needs `button`, which is not set"),
+            ("vote_noise = true", "line 1, key `vote_noise`: it needs `button` or `presence`, which is not set"),
             (
                 "presence = \"any\"",
                 "line 1, key `presence`: invalid value: string \"any\", expected a path below /dev/input",
             ),
-            ("acknowledge = false", "line 1, key `acknowledge`: there is no `button` that it is for"),
+            ("acknowledge = false", "line 1, key `acknowledge`: it needs `button`, which is not set"),
             ("button = \"any\"\nacknowledge = \"off\"", "line 2, key `acknowledge`"),
-            ("report_every = 60", "line 1, key `report_every`: there is no `report_to` that it is for"),
+            ("report_every = 60", "line 1, key `report_every`: it needs `report_to`, which is not set"),
             (
                 "report_to = \"https://a\"\nreport_every = 4",
                 "line 2, key `report_every`: invalid value: integer `4`, expected a number from 5 to 10080",
             ),
-            ("report_picture = true", "line 1, key `report_picture`: there is no `report_to` that it is for"),
-            ("report_votes = true", "line 1, key `report_votes`: there is no `report_to` that it is for"),
+            ("report_picture = true", "line 1, key `report_picture`: it needs `report_to`, which is not set"),
+            ("report_votes = true", "line 1, key `report_votes`: it needs `report_to`, which is not set"),
             ("hour = 1", "unknown field `hour`"),
         ] {
             let refused = read(text).unwrap_err();

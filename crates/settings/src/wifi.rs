@@ -1,13 +1,17 @@
 //! The Wi-Fi that the owner of a unit has set.
 //!
-//! Owns what a name, a password and a country may be, the settings of `wpa_supplicant` for them, and how a password is
-//! kept out of every text that others read. Never connects: `dreams-owner connect` does.
+//! Owns what a name, a password, a country and a user (IEEE 802.1X) may be, the settings of `wpa_supplicant` for them, and
+//! how a password is kept out of every text that others read. Never connects: `dreams-owner connect` does.
 //!
 //! Start at [`Wifi::settings`].
 
+use crate::authorities::Authorities;
+use crate::owner::is_host_name;
+use bundle::ObjectId;
 use serde::de::{Deserialize, Deserializer, Error as _};
 use std::fmt::{self, Debug, Formatter, Write as _};
 use std::ops::Range;
+use std::path::Path;
 use toml::{Spanned, Value};
 
 /// The folder of the control sockets of `wpa_supplicant`.
@@ -31,13 +35,36 @@ pub struct Wifi {
     pub password: Option<Password>,
     /// Where the unit hangs.
     pub country: Option<Country>,
+    /// The user and the server, for a network with IEEE 802.1X (WPA-Enterprise).
+    pub enterprise: Option<Enterprise>,
 }
+
+/// How a unit and a network with IEEE 802.1X know each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Enterprise {
+    /// The name of the user.
+    pub identity: Identity,
+    /// The authorities that may vouch for the network's server. At least one: without them any access point of this name
+    /// would get the password.
+    pub authorities: Authorities,
+    /// The name, or the end of the name, that its certificate must have; `None` for any.
+    pub server: Option<Server>,
+}
+
+/// The name of a user: 1 to 128 characters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity(String);
+
+/// The name of a server, as `radius.example.org`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Server(String);
 
 /// What a Wi-Fi is called: 1 to 32 bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(String);
 
-/// A password: 8 to 63 letters, digits and signs of ASCII, or the key itself, in 64 hexadecimal digits.
+/// A password: 1 to 128 letters, digits and signs of ASCII. Without a user, it has 8 to 63 of them, or is the key itself, in
+/// 64 hexadecimal digits: see [`Password::is_shared`].
 #[derive(Clone, PartialEq, Eq)]
 pub struct Password(String);
 
@@ -47,23 +74,55 @@ pub struct Country(String);
 
 impl Wifi {
     /// The settings of `wpa_supplicant`: WPA3 where the access point has it, else WPA2; a network that hides its name is
-    /// asked for by it.
-    pub fn settings(&self) -> String {
+    /// asked for by it. The certificates of [`Enterprise::authorities`] are in the file at `authorities`, in PEM.
+    pub fn settings(&self, authorities: &Path) -> String {
         let country = self.country.as_ref().map(|Country(code)| format!("country={code}\n")).unwrap_or_default();
         let mut name = String::new();
         for byte in self.name.0.bytes() {
             write!(name, "{byte:02x}").expect("memory can be written");
         }
-        let key = match &self.password {
-            None => "\tkey_mgmt=NONE\n".to_owned(),
-            Some(Password(key)) if is_key(key) => format!("\tkey_mgmt=WPA-PSK WPA-PSK-SHA256\n\tpsk={key}\n"),
-            Some(Password(text)) => format!("\tkey_mgmt=SAE WPA-PSK WPA-PSK-SHA256\n\tpsk=\"{text}\"\n"),
+        let key = match (&self.enterprise, &self.password) {
+            (Some(enterprise), password) => enterprise.settings(password.as_ref(), authorities),
+            (None, None) => "\tkey_mgmt=NONE\n".to_owned(),
+            (None, Some(Password(key))) if is_key(key) => format!("\tkey_mgmt=WPA-PSK WPA-PSK-SHA256\n\tpsk={key}\n"),
+            (None, Some(Password(text))) => format!("\tkey_mgmt=SAE WPA-PSK WPA-PSK-SHA256\n\tpsk=\"{text}\"\n"),
         };
         // Protected frames where the access point has them: WPA3 demands them. Both ways to derive WPA3's element.
         format!(
             "# From the owner's dreams.toml.\nctrl_interface={CONTROL}\n{country}sae_pwe=2\n\
              network={{\n\tssid={name}\n\tscan_ssid=1\n\tieee80211w=1\n{key}}}\n"
         )
+    }
+}
+
+impl Enterprise {
+    /// What the network has instead of a shared password: PEAP or TTLS, with `MSCHAPv2` inside.
+    fn settings(&self, password: Option<&Password>, authorities: &Path) -> String {
+        let Self { identity: Identity(identity), server, .. } = self;
+        let Password(password) = password.cloned().unwrap_or_else(|| Password(String::new()));
+        let server =
+            server.as_ref().map(|Server(name)| format!("\tdomain_suffix_match=\"{name}\"\n")).unwrap_or_default();
+        // A unit learns the time from the network, so it cannot ask before whether a certificate has expired. The line
+        // with the checksum makes other certificates other settings.
+        format!(
+            "\tkey_mgmt=WPA-EAP WPA-EAP-SHA256\n\teap=PEAP TTLS\n\tphase2=\"auth=MSCHAPV2\"\n\
+             \tphase1=\"tls_disable_time_checks=1\"\n\tidentity=\"{identity}\"\n\tpassword=\"{password}\"\n\
+             \t# {}\n\tca_cert=\"{}\"\n{server}",
+            ObjectId::of(self.authorities.pem().as_bytes()),
+            authorities.display()
+        )
+    }
+}
+
+impl Password {
+    /// Whether it can be the password that all who use a network share.
+    pub fn is_shared(&self) -> bool {
+        is_key(&self.0) || (8..=63).contains(&self.0.len())
+    }
+
+    /// What it is not, if it is not [shared](Self::is_shared).
+    pub(crate) fn unshared(&self) -> String {
+        unfit(&format!("it has {}", self.0.len()))
     }
 }
 
@@ -100,14 +159,31 @@ impl<'de> Deserialize<'de> for Password {
             return Err(D::Error::custom("a password stands between quotation marks"));
         };
         let is_plain = text.bytes().all(|byte| (b' '..=b'~').contains(&byte));
-        let count = text.chars().count();
-        if is_key(&text) || is_plain && (8..=63).contains(&count) {
+        if is_plain && (1..=128).contains(&text.len()) {
             return Ok(Self(text));
         }
-        let wrong = if is_plain { format!("it has {count}") } else { "some are others".to_owned() };
-        Err(D::Error::custom(format!(
-            "a password has 8 to 63 letters, digits and signs of the English keyboard, {wrong}"
-        )))
+        let wrong = if is_plain { format!("it has {}", text.len()) } else { "some are others".to_owned() };
+        Err(D::Error::custom(unfit(&wrong)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Identity {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(from)?;
+        if (1..=128).contains(&text.chars().count()) && !text.chars().any(char::is_control) {
+            return Ok(Self(text));
+        }
+        Err(D::Error::custom("expected the name of a user: 1 to 128 characters in one line"))
+    }
+}
+
+impl<'de> Deserialize<'de> for Server {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(from)?;
+        if is_host_name(&text) {
+            return Ok(Self(text));
+        }
+        Err(D::Error::custom(format!("`{text}` is not the name of a server: expected one as `radius.example.org`")))
     }
 }
 
@@ -119,6 +195,11 @@ impl<'de> Deserialize<'de> for Country {
         };
         if COUNTRIES.split(' ').any(|country| country == code) { Ok(Self(code)) } else { Err(wrong()) }
     }
+}
+
+/// What is wrong with a password.
+fn unfit(why: &str) -> String {
+    format!("a password has 8 to 63 letters, digits and signs of the English keyboard, {why}")
 }
 
 fn is_key(text: &str) -> bool {
@@ -153,7 +234,7 @@ mod tests {
     }
 
     fn settings(text: &str) -> String {
-        owner(text).unwrap().wifi().unwrap().settings()
+        owner(text).unwrap().wifi().unwrap().settings(Path::new("/kept/wifi.pem"))
     }
 
     const HOME: &str = "wifi = \"Home\"\nwifi_password = \"velvet under\"\n";
@@ -175,6 +256,67 @@ mod tests {
         assert!(quoted.contains("\tpsk=\"say \"hello\"\"\n"), "up to the last quotation mark: {quoted}");
     }
 
+    const AUTHORITY: &str = include_str!("../../../tests/fixtures/certificates/authority.pem");
+
+    #[test]
+    fn a_user_of_a_network_with_802_1x_has_its_own_settings() {
+        let office = format!(
+            "wifi = \"Office\"\nwifi_identity = \"frame@example.org\"\nwifi_password = 'let\"me'\n\
+             wifi_server = \"radius.example.org\"\nwifi_authorities = \"\"\"\n{AUTHORITY}\"\"\"\n"
+        );
+        let said = settings(&office);
+        for line in [
+            "key_mgmt=WPA-EAP WPA-EAP-SHA256",
+            "eap=PEAP TTLS",
+            "identity=\"frame@example.org\"",
+            "password=\"let\"me\"",
+            "ca_cert=\"/kept/wifi.pem\"",
+            "domain_suffix_match=\"radius.example.org\"",
+        ] {
+            assert!(said.contains(&format!("\t{line}\n")), "{line}: {said}");
+        }
+        assert!(!said.contains("psk") && !said.contains("SAE"), "{said}");
+        let without = settings(&office.replace("wifi_server", "# wifi_server"));
+        assert!(!without.contains("domain_suffix_match"), "{without}");
+        let enterprise = owner(&office).unwrap().wifi().unwrap().enterprise.unwrap();
+        assert_eq!(enterprise.authorities.pem(), AUTHORITY);
+    }
+
+    #[test]
+    fn a_user_needs_an_authority_and_all_its_keys_need_a_user() {
+        let office = "wifi = \"Office\"\nwifi_password = \"let me\"\n";
+        let authorities = format!("wifi_authorities = \"\"\"\n{AUTHORITY}\"\"\"\n");
+        for (text, said) in [
+            (office.to_owned(), "line 2, key `wifi_password`: a password has 8 to 63"),
+            (
+                format!("{office}wifi_identity = \"frame\"\n"),
+                "line 3, key `wifi_identity`: it needs `wifi_authorities`, which is not set",
+            ),
+            (
+                format!("{office}wifi_server = \"radius.example.org\"\n"),
+                "line 3, key `wifi_server`: it needs `wifi_identity`",
+            ),
+            (format!("{authorities}wifi = \"Office\"\n"), "line 1, key `wifi_authorities`: it needs `wifi_identity`"),
+            (
+                format!("wifi = \"Office\"\nwifi_identity = \"frame\"\n{authorities}"),
+                "line 2, key `wifi_identity`: it needs `wifi_password`",
+            ),
+            (
+                format!("wifi_identity = \"frame\"\nwifi_password = \"let me\"\n{authorities}"),
+                "line 2, key `wifi_password`: it needs `wifi`, which",
+            ),
+            (
+                format!("{office}wifi_identity = \"a\\nb\"\n"),
+                "line 3, key `wifi_identity`: expected the name of a user",
+            ),
+            (format!("{office}wifi_server = \"a b\"\n"), "`a b` is not the name of a server"),
+            (format!("{office}wifi_authorities = \"rubbish\"\n"), "line 3, key `wifi_authorities`: there is no cert"),
+        ] {
+            let refused = owner(&text).unwrap_err();
+            assert!(refused.contains(said) && !refused.contains("let me"), "{said}: {refused}");
+        }
+    }
+
     #[test]
     fn what_is_wrong_of_a_wifi_is_named_by_line_and_key_and_without_the_password() {
         for (text, said) in [
@@ -192,9 +334,9 @@ mod tests {
             ("wifi = \"Home\"\nvelvet under", "line 2"),
             (
                 "wifi_password = \"velvet underground\"",
-                "line 1, key `wifi_password`: there is no `wifi` that it is for",
+                "line 1, key `wifi_password`: it needs `wifi`, which is not set",
             ),
-            ("\nwifi_country = \"CH\"", "line 2, key `wifi_country`: there is no `wifi` that it is for"),
+            ("\nwifi_country = \"CH\"", "line 2, key `wifi_country`: it needs `wifi`, which is not set"),
             ("wifi = \"\"", "`` is not a valid name of a Wi-Fi: it has 0 bytes, of 1 to 32"),
             ("wifi = \"A name that is far too long for this\"", "it has 36 bytes"),
             (

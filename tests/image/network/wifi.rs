@@ -24,6 +24,10 @@ const ACCESS_POINT: &str =
     "interface=wlan1\ndriver=nl80211\nssid=Home\nhw_mode=g\nchannel=1\nwpa=2\nrsn_pairwise=CCMP\n";
 const WPA2: &str = "wpa_key_mgmt=WPA-PSK\nwpa_passphrase=velvet under\n";
 const WPA3: &str = "wpa_key_mgmt=SAE\nieee80211w=2\nsae_password=velvet under\n";
+/// IEEE 802.1X, with `hostapd`'s own server of users.
+const ENTERPRISE: &str = "wpa_key_mgmt=WPA-EAP\nieee8021x=1\neap_server=1\neap_user_file=/run/air/users\n\
+    ca_cert=/run/air/authority.pem\nserver_cert=/run/air/for-another-name.pem\nprivate_key=/run/air/server.key\n";
+const USERS: &str = "* PEAP\n\"frame@example.org\" MSCHAPV2 \"let me\" [2]\n";
 const SERVER: &str = "interface wlan1\nstart 10.9.0.20\nend 10.9.0.30\nlease_file /run/leases\npidfile /run/udhcpd.pid\n\
     opt router 10.9.0.1\nopt subnet 255.255.255.0\nopt lease 600\n";
 /// For the unit's shell: it is in the Wi-Fi, and it is not.
@@ -31,6 +35,19 @@ const IS_IN: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" = 1 
 const IS_OUT: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" != 1 ]";
 /// The same: the notice on the Wi-Fi.
 const TOLD: &str = "cat /run/dreams-update/notice.wifi 2> /dev/null; echo";
+
+fn certificate(name: &str) -> PathBuf {
+    repository().join("tests/fixtures/certificates").join(name)
+}
+
+/// The owner's lines for the network with users: its authority is the certificate in the file of this name.
+fn enterprise(authority: &str, password: &str) -> String {
+    let pem = fs::read_to_string(certificate(authority)).unwrap().replace('\n', "\\\\n");
+    format!(
+        "wifi = \"Home\"\nwifi_identity = \"frame@example.org\"\nwifi_password = \"{password}\"\n\
+         wifi_server = \"example.org\"\nwifi_authorities = \"{pem}\"\n"
+    )
+}
 
 /// Makes the disk of the test in `folder`.
 fn disk(folder: &Path) -> PathBuf {
@@ -40,9 +57,13 @@ fn disk(folder: &Path) -> PathBuf {
         let to = files.join(Path::new(file).file_name().unwrap());
         fs::copy(tools.join(file), to).unwrap_or_else(|error| panic!("{file}: {error}"));
     }
-    for (name, kind) in [("wpa2.conf", WPA2), ("wpa3.conf", WPA3)] {
+    for (name, kind) in [("wpa2.conf", WPA2), ("wpa3.conf", WPA3), ("enterprise.conf", ENTERPRISE)] {
         fs::write(files.join(name), format!("{ACCESS_POINT}{kind}")).unwrap();
     }
+    for name in ["authority.pem", "for-another-name.pem", "server.key"] {
+        fs::copy(certificate(name), files.join(name)).unwrap();
+    }
+    fs::write(files.join("users"), USERS).unwrap();
     fs::write(files.join("server.conf"), SERVER).unwrap();
     let disk = folder.join("air.img");
     fs::File::create(&disk).unwrap().set_len(32 << 20).unwrap();
@@ -131,7 +152,17 @@ fn a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot() {
     set(&mut machine, &format!("{home}\"velvet over\"\n"));
     assert!(told(&mut machine).contains(sentence), "a wrong password of WPA3");
 
-    for secret in ["velvet under", "velvet over"] {
+    goes(&mut machine);
+    comes(&mut machine, "enterprise");
+    set(&mut machine, &enterprise("good.pem", "let me"));
+    assert!(told(&mut machine).contains("The Wi-Fi Home has a server without an authority in dreams.toml."));
+    set(&mut machine, &enterprise("authority.pem", "let you"));
+    assert!(told(&mut machine).contains(sentence), "a wrong password of a user");
+    set(&mut machine, &enterprise("authority.pem", "let me"));
+    until(&mut machine, IS_IN);
+    assert_eq!(machine.run(TOLD), "", "the user is known");
+
+    for secret in ["velvet under", "velvet over", "let me", "let you"] {
         machine.run(&format!(
             "! {{ journalctl --no-pager; dreams-status; cat /run/dreams-update/*; }} | grep -qF '{secret}'"
         ));
