@@ -29,7 +29,7 @@ const FORMS: [(&str, &str); 35] = [
     ("keys", "lines of NAME.pub, as [\"RWQy...\"]"),
     ("margin", "0 to 20"),
     ("mode", "as \"1920x1080@60\""),
-    ("night", "\"off\" or \"black\""),
+    ("night", "\"off\", \"black\", \"ddc\" or \"cec\""),
     ("ntp", "names or addresses of servers, in []"),
     ("presence", "a path below \"/dev/input\""),
     ("proxy", "as \"http://proxy.example.org:3128\""),

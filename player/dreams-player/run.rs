@@ -83,7 +83,8 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
         trial.excused();
     }
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;
-    BrightnessControl::new(config.day(), &config.owner).start(Arc::clone(target), ClockReader::of_machine())?;
+    let control = BrightnessControl::new(config.day(), &config.owner);
+    control.start(Arc::clone(target), Arc::clone(view), ClockReader::of_machine())?;
     NoticeWatcher::new(&config.notice, clock_s()).start(Arc::clone(view), Arc::clone(overlay), faults.clone(), now)?;
     Acknowledgements::start(config.acknowledge.0.as_deref(), Arc::clone(view), Arc::clone(overlay), now)?;
     status::serve(&config.status, shared.page(flock, &faults, config));

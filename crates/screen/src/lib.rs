@@ -1,7 +1,7 @@
 //! Displays behind one trait: a KMS card, the firmware's framebuffer, or the virtual screen.
 //!
-//! Owns cards, modes, planes, buffers, atomic commits, flips and hot-plug. Pictures come in as [`Picture`]; video files
-//! are unknown here.
+//! Owns cards, modes, planes, buffers, atomic commits, flips and hot-plug, and the power of a display itself. Pictures come
+//! in as [`Picture`]; video files are unknown here.
 //!
 //! Start at [`Screen`], the trait that the player drives.
 #![deny(unsafe_code)]
@@ -13,6 +13,7 @@ mod kms;
 mod output;
 mod paint;
 mod picture;
+mod power;
 mod raw;
 mod screen;
 mod transform;
@@ -23,6 +24,7 @@ pub use display::{Display, is_card};
 pub use kms::{FdStore, KmsScreen, KmsSettings};
 pub use output::{Margin, OutputError, OutputSettings, RequestedMode, Rotation, SignalRange};
 pub use picture::Picture;
-pub use screen::{DimmedBy, Event, Light, Screen, ScreenError, ScreenInfo};
+pub use power::{PowerError, PowerMeans, switch_display};
+pub use screen::{ConnectorId, DimmedBy, Event, Light, Screen, ScreenError, ScreenInfo};
 pub use transform::Dim;
 pub use virtual_screen::{Pace, VirtualScreen};

@@ -1,12 +1,12 @@
 //! The `unsafe` code: mappings of framebuffers, and ioctls that no crate wraps.
 //!
-//! Owns every `unsafe` of this crate: two mappings, one descriptor, six ioctls, one field of a union. Start at
+//! Owns every `unsafe` of this crate: two mappings, one descriptor, twelve ioctls, one field of a union. Start at
 //! [`Memory::allocate`].
 #![allow(unsafe_code)]
 
 use gbm::{BufferObject, BufferObjectFlags};
 use memmap2::{MmapMut, MmapOptions};
-use rustix::ioctl::{Getter, IntegerSetter, Setter, ioctl, opcode};
+use rustix::ioctl::{Getter, IntegerSetter, Setter, Updater, ioctl, opcode};
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd, RawFd};
@@ -27,8 +27,21 @@ const VT_PROCESS: u8 = 1;
 /// Answers to a console switch: allowed; acknowledged.
 pub(crate) const VT_ALLOWED: usize = 1;
 pub(crate) const VT_ACKNOWLEDGED: usize = 2;
+/// `linux/i2c-dev.h`, likewise.
+const I2C_SLAVE: rustix::ioctl::Opcode = 0x0703;
+/// `linux/cec.h`.
+const CEC_ADAP_G_PHYS_ADDR: rustix::ioctl::Opcode = opcode::read::<u16>(b'a', 1);
+const CEC_ADAP_G_LOG_ADDRS: rustix::ioctl::Opcode = opcode::read::<CecAddresses>(b'a', 3);
+const CEC_ADAP_S_LOG_ADDRS: rustix::ioctl::Opcode = opcode::read_write::<CecAddresses>(b'a', 4);
+const CEC_TRANSMIT: rustix::ioctl::Opcode = opcode::read_write::<CecMessage>(b'a', 5);
+const CEC_ADAP_G_CONNECTOR_INFO: rustix::ioctl::Opcode = opcode::read::<CecConnector>(b'a', 10);
 const SYNC_WRITE: u64 = 2;
 const SYNC_END: u64 = 4;
+
+/// `struct cec_log_addrs`, `struct cec_msg` and `struct cec_connector_info` of `linux/cec.h`, as their bytes or words.
+pub(crate) type CecAddresses = [u8; 92];
+pub(crate) type CecMessage = [u8; 56];
+pub(crate) type CecConnector = [u32; 17];
 
 /// An allocation that a card can scan out.
 pub(crate) enum Memory {
@@ -202,6 +215,51 @@ pub(crate) fn answer_switch(console: &File, answer: usize) -> io::Result<()> {
     // SAFETY: `VT_RELDISP` takes a number, and no pointer.
     unsafe { ioctl(console, IntegerSetter::<VT_RELDISP>::new_usize(answer)) }?;
     Ok(())
+}
+
+/// Has the open I2C `bus` talk to the device at `address`.
+/// Errors: It is no I2C bus, or a driver of the kernel uses the address.
+pub(crate) fn set_i2c_address(bus: &File, address: usize) -> io::Result<()> {
+    // SAFETY: `I2C_SLAVE` takes a number, and no pointer.
+    unsafe { ioctl(bus, IntegerSetter::<I2C_SLAVE>::new_usize(address)) }?;
+    Ok(())
+}
+
+/// The physical address of the CEC `adapter`: where it is plugged in.
+/// Errors: It is no CEC adapter.
+pub(crate) fn cec_physical_address(adapter: &File) -> io::Result<u16> {
+    // SAFETY: `CEC_ADAP_G_PHYS_ADDR` fills one `u16`, and keeps no pointer.
+    Ok(unsafe { ioctl(adapter, Getter::<CEC_ADAP_G_PHYS_ADDR, u16>::new()) }?)
+}
+
+/// The logical addresses of the CEC `adapter`.
+/// Errors: It is no CEC adapter.
+pub(crate) fn cec_addresses(adapter: &File) -> io::Result<CecAddresses> {
+    // SAFETY: `CEC_ADAP_G_LOG_ADDRS` fills the 92 bytes of its structure, all of numbers, and keeps no pointer.
+    Ok(unsafe { ioctl(adapter, Getter::<CEC_ADAP_G_LOG_ADDRS, CecAddresses>::new()) }?)
+}
+
+/// Has the CEC `adapter` claim the logical addresses that are asked for; waits until it has.
+/// Errors: It is no CEC adapter, or has addresses.
+pub(crate) fn claim_cec_addresses(adapter: &File, addresses: &mut CecAddresses) -> io::Result<()> {
+    // SAFETY: `CEC_ADAP_S_LOG_ADDRS` reads and fills the 92 bytes of its structure, and keeps no pointer.
+    unsafe { ioctl(adapter, Updater::<CEC_ADAP_S_LOG_ADDRS, CecAddresses>::new(addresses)) }?;
+    Ok(())
+}
+
+/// Sends `message` by the CEC `adapter`, and waits until it is sent; its status says how that went.
+/// Errors: It is no CEC adapter, or not connected.
+pub(crate) fn transmit_cec(adapter: &File, message: &mut CecMessage) -> io::Result<()> {
+    // SAFETY: `CEC_TRANSMIT` reads and fills the 56 bytes of its structure, and keeps no pointer.
+    unsafe { ioctl(adapter, Updater::<CEC_TRANSMIT, CecMessage>::new(message)) }?;
+    Ok(())
+}
+
+/// The connector of the CEC `adapter`.
+/// Errors: It is no CEC adapter, or the kernel is older than 5.5.
+pub(crate) fn cec_connector(adapter: &File) -> io::Result<CecConnector> {
+    // SAFETY: `CEC_ADAP_G_CONNECTOR_INFO` fills the 68 bytes of its structure, all of numbers, and keeps no pointer.
+    Ok(unsafe { ioctl(adapter, Getter::<CEC_ADAP_G_CONNECTOR_INFO, CecConnector>::new()) }?)
 }
 
 /// The open descriptor `number`, inherited from the process that started this program.

@@ -4,6 +4,7 @@
 //! (a real display) and `virtual_screen.rs` (a picture in memory).
 
 use crate::{OutputSettings, Picture};
+use std::path::PathBuf;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
@@ -24,6 +25,25 @@ pub struct ScreenInfo {
     pub notes: Vec<String>,
     /// What becomes less when it is dimmed.
     pub dimmed_by: DimmedBy,
+    /// Where its cable is plugged in; `None` for a screen without a card.
+    pub connector: Option<ConnectorId>,
+}
+
+/// A connector of a KMS card.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConnectorId {
+    /// The card's device, as `/dev/dri/card0`, or a link to it.
+    pub card: PathBuf,
+    /// The connector's name: `HDMI-A-1`.
+    pub name: String,
+}
+
+impl ConnectorId {
+    /// What the kernel calls it in `/sys/class/drm`: `card0-HDMI-A-1`; `None` if the card is gone.
+    pub(crate) fn folder(&self) -> Option<String> {
+        let card = self.card.canonicalize().ok()?;
+        Some(format!("{}-{}", card.file_name()?.to_str()?, self.name))
+    }
 }
 
 /// What becomes less when a screen is dimmed.

@@ -119,6 +119,7 @@ impl Screen for VirtualScreen {
             refresh: self.refresh,
             notes: Vec::new(),
             dimmed_by: DimmedBy::Nothing,
+            connector: None,
         })
     }
 

@@ -12,6 +12,7 @@ use crate::week::{Closed, Hours, is_shown};
 use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
+use screen::PowerMeans;
 use serde::Deserialize;
 use std::ops::{Range, RangeInclusive};
 use std::str::FromStr;
@@ -41,6 +42,21 @@ pub enum Night {
     Off,
     /// It stays on and shows black: for displays that light a box of their own when there is no signal.
     Black,
+    /// It is asked by HDMI-CEC to go into standby, and its signal is switched off.
+    Cec,
+    /// It is asked by DDC/CI to switch off, and its signal is switched off.
+    Ddc,
+}
+
+impl Night {
+    /// How the display itself is asked to switch off and on; `None` if it is not asked.
+    pub fn power(self) -> Option<PowerMeans> {
+        match self {
+            Self::Off | Self::Black => None,
+            Self::Cec => Some(PowerMeans::Cec),
+            Self::Ddc => Some(PowerMeans::Ddc),
+        }
+    }
 }
 
 /// When a unit that shows its picture day and night may restart: minutes of the local day.
@@ -81,7 +97,7 @@ pub enum NoSetting {
     )]
     Brightness(String),
     /// For a night.
-    #[error("`{0}` is not a valid value of night: `off` or `black`")]
+    #[error("`{0}` is not a valid value of night: `off`, `black`, `ddc` or `cec`")]
     Night(String),
     /// For a time zone.
     #[error("`{0}` is not a valid time zone: its name, as in `Europe/Zurich`")]
@@ -111,7 +127,7 @@ impl Day {
         };
         match self.night {
             _ if self.is_shown(time) => Lighting::On { thousandths: self.brightness.at(second(time)) },
-            Night::Off => Lighting::Off,
+            Night::Off | Night::Cec | Night::Ddc => Lighting::Off,
             Night::Black => Lighting::Black,
         }
     }
@@ -197,6 +213,8 @@ impl FromStr for Night {
         match text {
             "off" => Ok(Self::Off),
             "black" => Ok(Self::Black),
+            "cec" => Ok(Self::Cec),
+            "ddc" => Ok(Self::Ddc),
             _ => Err(NoSetting::Night(text.to_owned())),
         }
     }
@@ -235,6 +253,7 @@ crate::from_string!(NoSetting: Night, Zone);
 mod tests {
     use super::{Brightness, Closed, DAY_S, Day, Hours, Lighting, Night, NoSetting, Zone};
     use proptest::prelude::*;
+    use screen::PowerMeans;
 
     /// 2026-07-01 00:00 in UTC, in seconds since 1970.
     const JULY_S: u64 = 1_782_864_000;
@@ -283,6 +302,11 @@ mod tests {
         let at = |hour: u64| black.lighting(Some(JULY_S + hour * 3_600));
         assert_eq!([at(7), at(8), at(23)], [Lighting::Black, Lighting::On { thousandths: 400 }, Lighting::Black]);
         assert_eq!(black.lighting(None), Lighting::On { thousandths: 400 }, "nobody knows the time");
+        for (night, power) in [("ddc", Some(PowerMeans::Ddc)), ("cec", Some(PowerMeans::Cec)), ("off", None)] {
+            let day = Day { night: night.parse().unwrap(), ..black.clone() };
+            let at = |hour: u64| day.lighting(Some(JULY_S + hour * 3_600));
+            assert_eq!(([at(7), at(23)], day.night.power()), ([Lighting::Off; 2], power), "{night}");
+        }
     }
 
     #[test]

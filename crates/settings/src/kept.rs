@@ -32,8 +32,10 @@ const NUMBER: &str = "format";
 const OF: &str = "of";
 /// What stands in neither file.
 const PASSWORD: &str = "wifi_password";
-/// The key whose values are older than some of their forms.
+/// The keys that are older than some of their values, and the values of the second that are as old.
 const HOURS: &str = "hours";
+const NIGHT: &str = "night";
+const FIRST_NIGHTS: [&str; 2] = ["off", "black"];
 /// The keys that the systems before [`FORMAT`] 1 know.
 const FIRST_KEYS: [&str; 27] = [
     "acknowledge",
@@ -49,7 +51,7 @@ const FIRST_KEYS: [&str; 27] = [
     "keys",
     "margin",
     "mode",
-    "night",
+    NIGHT,
     "presence",
     "proxy",
     "range",
@@ -92,9 +94,14 @@ impl Kept {
 
 /// Whether the systems before [`FORMAT`] 1 understand this setting.
 fn is_first(key: &str, value: &Value) -> bool {
-    // Those know only hours that are the same on all days.
-    let are_daily = || value.as_str().is_some_and(|hours| Window::parse(hours).is_some());
-    FIRST_KEYS.contains(&key) && (key != HOURS || are_daily())
+    let has = |is_known: fn(&str) -> bool| value.as_str().is_some_and(is_known);
+    FIRST_KEYS.contains(&key)
+        && match key {
+            // Those know only hours that are the same on all days.
+            HOURS => has(|hours| Window::parse(hours).is_some()),
+            NIGHT => has(|night| FIRST_NIGHTS.contains(&night)),
+            _ => true,
+        }
 }
 
 /// The file beside the one at `first`.
@@ -267,6 +274,12 @@ mod tests {
         let Kept { first, resolved } = Kept::of(by_weekday);
         assert_eq!(strict(&first), strict("rotate = 90\n"));
         assert_eq!(read(Some(&first), Some(&resolved)), strict(by_weekday));
+        for (night, is_old) in [("off", true), ("black", true), ("ddc", false), ("cec", false)] {
+            let text = format!("rotate = 90\nnight = \"{night}\"\n");
+            let Kept { first, resolved } = Kept::of(&text);
+            assert_eq!(strict(&first), strict(if is_old { &text } else { "rotate = 90\n" }), "{night}");
+            assert_eq!(read(Some(&first), Some(&resolved)), strict(&text));
+        }
     }
 
     #[test]

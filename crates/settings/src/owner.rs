@@ -370,7 +370,10 @@ mod tests {
             ),
             ("\nbrightness = -5", "line 2, key `brightness`: `-5` is not a valid brightness"),
             ("brightness = 0.5", "line 1, key `brightness`: a percentage from 1 to 100, or some with their times"),
-            ("night = \"dark\"", "line 1, key `night`: `dark` is not a valid value of night: `off` or `black`"),
+            (
+                "night = \"dark\"",
+                "line 1, key `night`: `dark` is not a valid value of night: `off`, `black`, `ddc` or `cec`",
+            ),
             ("mode = \"1080p\"", "line 1, key `mode`: `1080p` is not a mode"),
             ("\nrotate = 45", "line 2, key `rotate`: `45` is not a rotation: expected 0, 90, 180 or 270"),
             ("range = \"tv\"", "line 1, key `range`: `tv` is not a signal range: expected `auto`, `full` or `limited`"),

@@ -6,6 +6,8 @@
 //!
 //! Start at [`BrightnessControl::start`].
 
+use crate::control::display_power::{DisplayPower, PowerAnswers};
+use crate::recording::SharedView;
 use player::{ClockReader, ThreadError, hold, now, threads};
 use screen::OutputSettings;
 use settings::hours::{Day, Lighting};
@@ -25,6 +27,8 @@ const OFTEN: Duration = Duration::from_secs(1);
 pub(crate) struct DisplayTarget {
     wanted: Mutex<Option<(Lighting, Arc<OutputSettings>)>>,
     change: Mutex<Option<SettingsChange>>,
+    /// What the display itself has answered.
+    pub(crate) power: Arc<PowerAnswers>,
 }
 
 /// A change of the owner's settings while the player runs.
@@ -84,10 +88,18 @@ impl BrightnessControl {
         }
     }
 
-    /// Keeps `target` as it is to be by `clock`, now and for as long as the process lives.
-    pub(crate) fn start(mut self, target: Arc<DisplayTarget>, clock: ClockReader) -> Result<(), ThreadError> {
+    /// Keeps `target` as it is to be by `clock`, now and for as long as the process lives; `view` says where a display is
+    /// lit.
+    pub(crate) fn start(
+        mut self,
+        target: Arc<DisplayTarget>,
+        view: Arc<SharedView>,
+        clock: ClockReader,
+    ) -> Result<(), ThreadError> {
+        let mut power = DisplayPower::start(Arc::clone(&target.power))?;
         let mut look = move || {
-            let lighting = self.look(clock.read().known_s());
+            let wanted = self.look(clock.read().known_s());
+            let lighting = power.look(wanted, self.day.night.power(), view.connector(), now());
             target.set(lighting, &self.output);
             let keys = std::mem::take(&mut self.changed);
             if !keys.is_empty() {

@@ -1,11 +1,13 @@
 //! What changes the picture from outside: brightness, hours, and what lies over it.
 //!
-//! Owns the three threads that look for these. Never touches a screen: `pipeline` applies what they found.
+//! Owns the three threads that look for these, and one that asks the display itself to switch off and on. Never touches a
+//! screen: `pipeline` applies what they found.
 //!
 //! Start at [`BrightnessControl`].
 
 mod acknowledgement;
 mod brightness;
+mod display_power;
 mod notice_pane;
 mod notice_watcher;
 mod pane;

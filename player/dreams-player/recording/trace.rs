@@ -96,6 +96,7 @@ mod tests {
             refresh: Rate::new(60, 1).unwrap(),
             notes: Vec::new(),
             dimmed_by: DimmedBy::Nothing,
+            connector: None,
         };
         assert_eq!(
             line(&Record::Start { lit: Arc::new(lit), fps: Rate::new(24_000, 1_001).unwrap() }),

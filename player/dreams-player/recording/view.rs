@@ -5,7 +5,7 @@
 
 use crate::stream::{Frame, ScheduledClip};
 use player::hold;
-use screen::ScreenInfo;
+use screen::{ConnectorId, ScreenInfo};
 use serde::Serialize;
 use std::sync::{Arc, Mutex};
 use timing::{Nanos, Rate};
@@ -94,6 +94,11 @@ impl SharedView {
         let picture = view.shown.as_ref().map(|shown| shown.pixels.picture());
         let notes = view.lit.as_ref().map_or_else(Vec::new, |lit| lit.notes.clone());
         (picture.map(|picture| (picture.width, picture.height)), notes)
+    }
+
+    /// Where a display is lit; `None` while it is away, and for a screen without a card.
+    pub(crate) fn connector(&self) -> Option<ConnectorId> {
+        hold(&self.0).lit.as_ref()?.connector.clone()
     }
 
     /// The counters, and how many vblanks per second the screen has; `None` while it is away.

@@ -46,7 +46,8 @@ pub(crate) struct Options {
     /// When the picture is lit, in local time, as `08:00-23:00`
     #[arg(long, value_name = "FROM-TO")]
     hours: Option<Hours>,
-    /// What the display does at other times: `off`, or `black` where it would light a box of its own
+    /// What the display does at other times: `off`; `black` where it would light a box of its own; `ddc` or `cec` to ask it
+    /// to switch itself off besides
     #[arg(long, value_name = "NIGHT")]
     night: Option<Night>,
     /// How bright it is: a percentage, or some with their times, as `07:00 100, 20:00 40`

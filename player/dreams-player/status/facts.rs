@@ -43,6 +43,8 @@ pub(crate) struct Facts {
     pub(crate) contact: Option<ContactFacts>,
     /// The newest change of the owner's settings of the display; none since the run began.
     pub(crate) settings: Option<SettingsFacts>,
+    /// What became of the newest request to the display to switch itself off or on; none if there was none.
+    pub(crate) display_power: Option<PowerFacts>,
     /// Every sheep's share of the visits so far, and the one that is due to it.
     pub(crate) sheep: Vec<SheepFacts>,
 }
@@ -137,6 +139,16 @@ pub(crate) struct SettingsFacts {
 }
 
 #[derive(Debug, Serialize)]
+pub(crate) struct PowerFacts {
+    /// `ddc` or `cec`.
+    pub(crate) by: String,
+    /// What the display was asked: `on` or `off`.
+    pub(crate) asked: &'static str,
+    /// Why the display has not done so; none if it has.
+    pub(crate) error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
 pub(crate) struct PathFacts {
     pub(crate) seed: u64,
     pub(crate) step: u64,
@@ -182,6 +194,7 @@ impl Facts {
             generation: None,
             contact: None,
             settings: None,
+            display_power: None,
             path: scheduled.map(|scheduled| PathFacts { seed: scheduled.place.seed(), step: scheduled.place.step() }),
             sheep: itinerary.map_or_else(Vec::new, |itinerary| sheep(&itinerary)),
         }

@@ -85,6 +85,7 @@ mod tests {
             generation: None,
             contact: None,
             settings: None,
+            display_power: None,
             sheep: vec![sheep],
         };
         let text = text(&facts);

@@ -19,7 +19,7 @@ use crate::recording::{Faults, SharedView};
 use crate::settings::StatusAddress;
 use crate::stream::Plan;
 use diagnostics::chain;
-use facts::{Facts, SettingsFacts, Showing};
+use facts::{Facts, PowerFacts, SettingsFacts, Showing};
 use flock::Flock;
 use hosts::Hosts;
 use http::Answer;
@@ -67,7 +67,12 @@ impl Page {
         let age_s = |at| now().since(at) / 1_000_000_000;
         let change = self.target.change();
         let settings = change.map(|change| SettingsFacts { age_s: age_s(change.at), changed: change.keys });
-        Facts { generation, contact, settings, ..facts }
+        let display_power = self.target.power.newest().map(|answer| PowerFacts {
+            by: answer.means.to_string(),
+            asked: if answer.is_on { "on" } else { "off" },
+            error: answer.error,
+        });
+        Facts { generation, contact, settings, display_power, ..facts }
     }
 
     /// The picture on the glass, with what lies over it.

@@ -44,6 +44,18 @@ fn a_night_in_black_leaves_the_display_on_and_the_path_goes_on_where_it_was() {
     assert_eq!(night.first(), Some(&BLACK), "it is black");
 }
 
+#[test]
+fn a_display_that_cannot_be_asked_to_switch_off_sleeps_and_wakes_all_the_same() {
+    let flock = SMALL.flock();
+    for night in ["ddc", "cec"] {
+        let hours = ["--hours", "08:00-23:00", "--timezone", "UTC", "--night", night];
+        let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", SEED, "--hash"]).with(&hours);
+        let lights = over_a_night(&playing);
+        assert_eq!(lights, ["1", "0", "0", "1", "1"], "{night}: vkms has neither an I2C bus nor a CEC adapter");
+        goes_on(&playing, &flock);
+    }
+}
+
 /// Whether the display was on over an evening, a night and a morning, and when the clock was lost. What was shown is
 /// written to `glass`.
 fn over_a_night(playing: &PlayerRun) -> Vec<String> {

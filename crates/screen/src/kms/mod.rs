@@ -46,7 +46,7 @@ use crate::output::OutputSettings;
 use crate::paint::{blacken, paint};
 use crate::transform::{Transform, Transformer};
 use crate::vblank_clock::VblankClock;
-use crate::{Event, Light, Picture, Screen, ScreenError, ScreenInfo};
+use crate::{ConnectorId, Event, Light, Picture, Screen, ScreenError, ScreenInfo};
 use candidate::{Candidate, Rect, mode_size};
 use card::{Buffer, Id, KmsEvent, Survey};
 use dimming::Dimming;
@@ -360,6 +360,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
             refresh: output.plan.refresh,
             notes: output.plan.unmet.clone(),
             dimmed_by: output.dimming.by(),
+            connector: Some(ConnectorId { card: self.kms.name().into(), name: output.plan.connector.clone() }),
         })
     }
 

@@ -61,6 +61,7 @@ impl Screen for FakeScreen {
             refresh: Rate::new(HZ, 1).unwrap(),
             notes: Vec::new(),
             dimmed_by: DimmedBy::Samples,
+            connector: None,
         })
     }
 
