@@ -18,6 +18,7 @@ mod damage {
 }
 mod display {
     mod backlight;
+    mod display_power;
     mod firmware_framebuffer;
     mod no_display;
     mod picture_gaps;

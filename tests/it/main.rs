@@ -67,6 +67,7 @@ mod tools {
 mod unit {
     mod boot_repair;
     mod damages;
+    mod display_bus;
     mod hostname;
     mod installer;
     mod learned_state;
