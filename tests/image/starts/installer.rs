@@ -78,10 +78,14 @@ fn a_stick_installs_a_unit_after_enter_and_never_before() {
     machine.run(
         "! systemctl list-units --plain --no-legend 'dreams-*' | grep --invert-match 'dreams-\\(install\\|bench\\)[.]'",
     );
+    // Long enough that Enter would count.
+    machine.wait(Duration::from_secs(15));
     for key in ["spc", "delete", "1", "y"] {
         machine.press(&[key]);
     }
     machine.wait(Duration::from_secs(20));
+    // It would check the stick first.
+    machine.run("! journalctl --boot --output=cat --unit=dreams-install | grep '^Installing: '");
     assert_eq!(fs::metadata(unit.disk()).unwrap().blocks(), 0, "nothing is written without Enter");
     machine.press(&["ret"]);
     let text = page(&mut machine, "Installing");
