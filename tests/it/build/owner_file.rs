@@ -29,7 +29,7 @@ fn an_owners_file_is_checked_as_a_unit_checks_it() {
     for (text, code, said) in [
         (&b"unit = \"lobby\"\nhours = \"8-23\"\n"[..], 2, "batch-of-ten.toml` line 2, key `hours`"),
         (b"wifi = \"Home\"\nwifi_password = \"velvet\"\n", 2, "line 2, key `wifi_password`"),
-        (b"wifi_password = \"velvet under\"\n", 2, "line 1, key `wifi_password`: there is no `wifi`"),
+        (b"wifi_password = \"velvet under\"\n", 2, "line 1, key `wifi_password`: it needs `wifi`"),
         (b"hour = 1\n", 2, "unknown field `hour`"),
         (b"", 2, "it is empty"),
         (b"\xff\xfeu\0n\0i\0t\0", 2, "save it as UTF-8"),

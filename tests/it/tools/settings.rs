@@ -60,7 +60,7 @@ fn a_file_that_a_unit_would_refuse_is_not_signed() {
     for (file, more, code, said) in [
         ("value", &[][..], 2, "`value` line 2, key `hours`"),
         ("key", &[], 2, "did you mean `hours`?"),
-        ("alone", &[], 2, "line 1, key `wifi_password`: there is no `wifi` that it is for"),
+        ("alone", &[], 2, "line 1, key `wifi_password`: it needs `wifi`, which is not set"),
         ("empty", &[], 2, "`empty`: it is empty"),
         ("utf-16", &[], 2, "`utf-16`: it is saved as UTF-16"),
         ("windows", &[], 2, "`windows`: line 1 has characters that are not UTF-8"),
