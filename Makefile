@@ -31,7 +31,7 @@ play: ## build the player and show the demo flock on the best screen there is, r
 	BUILD='cargo build $(all) --release --bin dreams --bin dreams-video' \
 	  flock-tools/demo/play '$(programs)/dreams-player' '$(programs)/dreams' flock-tools/demo/small $(state)
 
-check: ## what must hold before each commit: form, lints, licences, types, unit tests, the claims on the programs
+check: ## what must hold before each commit: form, lints, licences, types, unit tests, the claims on the programs; what='updates:: house::' for the tests with these words in their names alone
 	.ci/install play check
 	cargo fmt --check
 	cargo clippy $(all) --all-targets -- --deny warnings
@@ -43,7 +43,7 @@ check: ## what must hold before each commit: form, lints, licences, types, unit 
 tests:
 	cargo build $(all) --bins --tests
 	cargo test $(all) --doc
-	RUST_TEST_THREADS=4 cargo test $(all) --lib --bins --test it --no-fail-fast
+	RUST_TEST_THREADS=4 cargo test $(all) --lib --bins --test it --no-fail-fast$(if $(what), -- $(what))
 
 check-all: ## what must hold before a change lands: `check`, and whatever needs guest kernels, emulated units, a browser or a cluster
 	$(MAKE) --no-print-directory check

@@ -38,9 +38,11 @@ fn a_stick_of_windows_is_named_on_the_running_picture_and_is_not_mounted() {
     stick(&path);
     let (_unit, mut machine) = playing_unit().snapshot.wake();
     machine.plug(&path);
-    only_art(&machine.watch_for(PAUSE, "the notice", has_notice), OFTEN);
-    let notice = machine.run("cat /run/dreams-update/notice; echo");
-    assert!(notice.contains("This stick is formatted as NTFS. This frame reads FAT32 and exFAT."), "{notice}");
+    let sentence = "This stick is formatted as NTFS. This frame reads FAT32 and exFAT.";
+    let notice = format!("until grep -qs '{sentence}' /run/dreams-update/notice; do sleep 1; done");
+    let mut looks = machine.watch_while(PAUSE, &notice);
+    looks.extend(machine.watch_for(PAUSE, "the notice", has_notice));
+    only_art(&looks, OFTEN);
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep sd");
     machine.is_well();
