@@ -5,7 +5,7 @@
 //!
 //! Start at [`open_text`].
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 
 use crate::key::{KeyError, KeyId};
 use crate::limits;
@@ -64,12 +64,35 @@ pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refus
     read_part(source, path, &Part::Seal, limits::SEAL)
 }
 
+/// What `read` finds for `unit`, or else for all units; `None` if there is neither.
+pub(crate) fn own_or_common<T>(
+    unit: &UnitId,
+    mut read: impl FnMut(&Addressees) -> Result<Option<T>, Refusal>,
+) -> Result<Option<T>, Refusal> {
+    match read(&Addressees::of([unit.clone()]))? {
+        Some(own) => Ok(Some(own)),
+        None => read(&Addressees::Anyone),
+    }
+}
+
+/// What `read` has read of the file for the first of `addressees`; `None` if there is no such file.
+pub(crate) fn read_addressed(
+    addressees: &Addressees,
+    read: impl FnOnce(&str) -> Result<Vec<u8>, Refusal>,
+) -> Result<Option<Vec<u8>>, Refusal> {
+    match read(addressees.file_stems().first().copied().unwrap_or_default()) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(Refusal::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
+        Err(refused) => Err(refused),
+    }
+}
+
 /// Reads the signed `part` at `path` of `source`, of at most `limit` bytes.
 pub(crate) fn read_part(source: &mut dyn Source, path: &str, part: &Part, limit: u64) -> Result<Vec<u8>, Refusal> {
     let read = source.small(path, limit).and_then(|reader| durable::read_all(reader, limit));
     read.map_err(|source| {
         let part = part.clone();
-        if source.kind() == std::io::ErrorKind::FileTooLarge {
+        if source.kind() == ErrorKind::FileTooLarge {
             Refusal::TooLarge { part, limit }
         } else {
             Refusal::Read { part, source }
@@ -100,7 +123,7 @@ pub(crate) fn read_expected(statements: Option<(ObjectId, u64)>, source: &mut dy
     let mut bytes = Vec::new();
     match source.object(&expected, size, 0).and_then(|reader| reader.take(size).read_to_end(&mut bytes)) {
         Ok(_) => {}
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(withheld(None)),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Err(withheld(None)),
         Err(source) => return Err(Refusal::Read { part: Part::Statement, source }),
     }
     let found = ObjectId::of(&bytes);

@@ -20,9 +20,7 @@
     reason = "a function that does not say otherwise fails with `Refusal::Read` or `Refusal::TooLarge`"
 )]
 
-use std::io::ErrorKind;
-
-use crate::envelope::{SealHeader, SignError, read_part};
+use crate::envelope::{SealHeader, SignError, own_or_common, read_addressed, read_part};
 use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
@@ -65,22 +63,12 @@ pub struct SignedSettings {
 impl UnverifiedSettings {
     /// Reads the settings of `source` for `unit`, or else those for all units; `None` if it has neither.
     pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Option<Self>, Refusal> {
-        for addressees in [Addressees::of([unit.clone()]), Addressees::Anyone] {
-            if let Some(found) = Self::addressed(source, &addressees)? {
-                return Ok(Some(found));
-            }
-        }
-        Ok(None)
+        own_or_common(unit, |addressees| Self::addressed(source, addressees))
     }
 
     /// Reads the settings of `source` for the first of `addressees`; `None` if it has none.
     pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Option<Self>, Refusal> {
-        let stem = addressees.file_stems().first().copied().unwrap_or_default();
-        match read_part(source, &path(stem), &Part::Settings, LARGEST) {
-            Ok(bytes) => Ok(Some(Self(bytes))),
-            Err(Refusal::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
-            Err(refused) => Err(refused),
-        }
+        Ok(read_addressed(addressees, |stem| read_part(source, &path(stem), &Part::Settings, LARGEST))?.map(Self))
     }
 
     /// The settings in `bytes`.

@@ -27,7 +27,8 @@ use std::io::{self, ErrorKind};
 
 use crate::contents::FileEntry;
 use crate::envelope::{
-    SealHeader, SignError, object, open_text, read, read_expected, signed, statements, statements_text,
+    SealHeader, SignError, object, open_text, own_or_common, read, read_addressed, read_expected, signed, statements,
+    statements_text,
 };
 use crate::key::KeyId;
 use crate::limits;
@@ -78,22 +79,12 @@ pub struct System {
 impl UnverifiedSystem {
     /// Reads the system's seal of `source` for `unit`, or else the one for all units; `None` if it has neither.
     pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Option<Self>, Refusal> {
-        for addressees in [Addressees::of([unit.clone()]), Addressees::Anyone] {
-            if let Some(found) = Self::addressed(source, &addressees)? {
-                return Ok(Some(found));
-            }
-        }
-        Ok(None)
+        own_or_common(unit, |addressees| Self::addressed(source, addressees))
     }
 
     /// Reads the system's seal of `source` for the first of `addressees`; `None` if it has none.
     pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Option<Self>, Refusal> {
-        let stem = addressees.file_stems().first().copied().unwrap_or_default();
-        match read(source, &path(stem)) {
-            Ok(bytes) => Ok(Some(Self(bytes))),
-            Err(Refusal::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
-            Err(refused) => Err(refused),
-        }
+        Ok(read_addressed(addressees, |stem| read(source, &path(stem)))?.map(Self))
     }
 
     /// The seal in `bytes`.

@@ -77,8 +77,8 @@ impl Bus for DisplayBus {
 enum Mode {
     /// This one.
     Known(u16),
-    /// It does not have this control, or does not tell its value.
-    Untold,
+    /// It does not have this control, or does not report its value.
+    Unknown,
 }
 
 /// Asks a display to switch on or off. Off is done when the display has acknowledged the command; on, when it says so.
@@ -99,7 +99,7 @@ pub(super) fn switch(bus: &mut impl Bus, is_on: bool) -> Result<(), PowerError> 
         return Err(unanswered);
     }
     match answer(&bytes) {
-        Some(Mode::Known(ON) | Mode::Untold) => Ok(()),
+        Some(Mode::Known(ON) | Mode::Unknown) => Ok(()),
         Some(Mode::Known(mode)) => Err(PowerError::Unchanged { mode }),
         None => Err(unanswered),
     }
@@ -127,7 +127,7 @@ fn answer(bytes: &[u8; 11]) -> Option<Mode> {
     if head != [DESTINATION, LENGTH | 8, ANSWER, POWER_MODE] || sum != checksum {
         return None;
     }
-    Some(if result == 0 { Mode::Known(u16::from_be_bytes([high, low])) } else { Mode::Untold })
+    Some(if result == 0 { Mode::Known(u16::from_be_bytes([high, low])) } else { Mode::Unknown })
 }
 
 #[cfg(test)]
@@ -145,7 +145,7 @@ mod tests {
         is_deaf: bool,
         /// It takes messages, and does nothing of what they say.
         is_stubborn: bool,
-        /// It does not tell its power mode.
+        /// It does not report its power mode.
         is_secretive: bool,
         /// The bit of its answer that is turned over on the way.
         flipped: Option<usize>,

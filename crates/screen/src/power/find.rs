@@ -40,22 +40,22 @@ pub(super) fn cec_adapter(sys: &Path, dev: &Path, folder: &str) -> Option<File> 
     let id = fs::read_to_string(connector.join("connector_id")).ok().and_then(|text| number(&text));
     let open = |number| File::options().read(true).write(true).open(dev.join(format!("cec{number}"))).ok();
     let mut adapters: Vec<File> = (0..ADAPTERS).filter_map(open).collect();
-    let told: Vec<_> =
-        adapters.iter().map(|adapter| cec_connector(adapter).ok().and_then(|told| place(&told))).collect();
-    chosen(&told, card, id).map(|at| adapters.swap_remove(at))
+    let reported: Vec<_> =
+        adapters.iter().map(|adapter| cec_connector(adapter).ok().and_then(|reported| place(&reported))).collect();
+    chosen(&reported, card, id).map(|at| adapters.swap_remove(at))
 }
 
 /// The number of the card and of the connector that an adapter says; `None` if it says none.
-fn place(told: &[u32]) -> Option<(u32, u32)> {
-    (told[0] == OF_DRM).then_some((told[1], told[2]))
+fn place(reported: &[u32]) -> Option<(u32, u32)> {
+    (reported[0] == OF_DRM).then_some((reported[1], reported[2]))
 }
 
 /// Which of the adapters belongs to connector `id` of `card`, or, where the kernel does not say the `id`, to the card; else
 /// the only one that says nothing.
-fn chosen(told: &[Option<(u32, u32)>], card: u32, id: Option<u32>) -> Option<usize> {
+fn chosen(reported: &[Option<(u32, u32)>], card: u32, id: Option<u32>) -> Option<usize> {
     let is_here = |(of, at): (u32, u32)| of == card && id.is_none_or(|id| id == at);
-    let here = (0..told.len()).filter(|at| told[*at].is_some_and(is_here));
-    only(here).or_else(|| only((0..told.len()).filter(|at| told[*at].is_none())))
+    let here = (0..reported.len()).filter(|at| reported[*at].is_some_and(is_here));
+    only(here).or_else(|| only((0..reported.len()).filter(|at| reported[*at].is_none())))
 }
 
 /// The only one of `found`; `None` if there are none, or several.
