@@ -11,7 +11,7 @@
 
 use super::waves::with_kinds_of_waves;
 use crate::genome::{Affine, Genome, Space, Xform};
-use crate::variations::{Kind, Variation};
+use crate::variations::{Kind, Slot, Stage, Variation};
 
 /// The variations that are discontinuous at their centre.
 const DISCONTINUOUS: [Kind; 7] =
@@ -30,7 +30,7 @@ pub(super) enum Padding {
 }
 
 /// The same parts for all `genomes`, whose symmetries are written out: equally many transforms, the same variations in each
-/// place, and a final transform in all or in none. What is added changes no picture. Affine parts are to be interpolated
+/// place, and equally many final transforms. What is added changes no picture. Affine parts are to be interpolated
 /// in `space`.
 pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padding: Padding) -> [Genome; N] {
     let given = genomes.clone();
@@ -38,19 +38,19 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
     let neighbour = |own: usize, has: &dyn Fn(&Genome) -> Option<Xform>| {
         own.checked_sub(1).and_then(|at| has(&given[at])).or_else(|| given.get(own + 1).and_then(has))
     };
-    let has_final = given.iter().any(|genome| genome.final_xform.is_some());
+    let final_count = given.iter().map(|genome| genome.finals.len()).max().unwrap_or_default();
     let count = given.iter().map(|genome| genome.xforms.len()).max().unwrap_or_default();
     for (own, genome) in genomes.iter_mut().enumerate() {
         for place in genome.xforms.len()..count {
             let partner = neighbour(own, &|other| other.xforms.get(place).cloned()).unwrap_or_default();
             genome.xforms.push(coloured(neutral(&partner, space), &partner, place, padding));
         }
-        if genome.final_xform.is_none() && has_final {
-            let partner = neighbour(own, &|other| other.final_xform.clone()).unwrap_or_default();
+        for place in genome.finals.len()..final_count {
+            let partner = neighbour(own, &|other| other.finals.get(place).cloned()).unwrap_or_default();
             let still = coloured(neutral(&partner, space), &partner, count, padding);
-            genome.final_xform = Some(Xform { color_speed: 0.0, animate: 0.0, ..still });
+            genome.finals.push(Xform { color_speed: 0.0, animate: 0.0, ..still });
         }
-        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+        for xform in genome.xforms.iter_mut().chain(&mut genome.finals) {
             *xform = with_kinds_of_waves(std::mem::take(xform));
         }
     }
@@ -68,28 +68,73 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
         let source = if own == 0 { 1 } else { own - 1 };
         for (at, other) in padded.iter().enumerate().cycle().skip(source).take(N).filter(|(at, _)| *at != own) {
             let has_params = at == source && !is_old(space);
-            let parts = other.xforms.iter().chain(&other.final_xform);
-            for (xform, other) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(parts) {
+            let parts = other.xforms.iter().chain(&other.finals);
+            for (xform, other) in genome.xforms.iter_mut().chain(&mut genome.finals).zip(parts) {
                 complete(&mut xform.variations, &other.variations, has_params, padding);
             }
         }
-        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
-            xform.variations.sort_by_key(|variation| variation.kind);
+        for xform in genome.xforms.iter_mut().chain(&mut genome.finals) {
+            if xform.variations.iter().all(|variation| variation.stage == Stage::Sum) {
+                xform.variations.sort_by_key(Variation::slot);
+            }
         }
     }
+    in_one_order(&mut genomes);
     genomes
+}
+
+/// Puts variations of which some do not stand in the sum in the order of the first genome: those that only others have
+/// follow the one that they follow there.
+fn in_one_order<const N: usize>(genomes: &mut [Genome; N]) {
+    let parts = |genome: &Genome| genome.xforms.iter().chain(&genome.finals).cloned().collect::<Vec<Xform>>();
+    let all = genomes.each_ref().map(parts);
+    for place in 0..all[0].len() {
+        let lists = all.each_ref().map(|xforms| &xforms[place].variations[..]);
+        if lists[0].iter().all(|variation| variation.stage == Stage::Sum) {
+            continue;
+        }
+        let order = common_order(&lists);
+        for genome in &mut *genomes {
+            if let Some(xform) = genome.xforms.iter_mut().chain(&mut genome.finals).nth(place) {
+                xform.variations.sort_by_key(|variation| order.iter().position(|slot| *slot == variation.slot()));
+            }
+        }
+    }
+}
+
+/// The places of all variations, each once, in an order that is that of each list where the lists agree. A list has what
+/// it lacked at its end: that counts only where no other list says more.
+fn common_order(lists: &[&[Variation]]) -> Vec<Slot> {
+    let mut order: Vec<Slot> = Vec::new();
+    for list in lists {
+        let mut after = 0;
+        for variation in list.iter().filter(|variation| !variation.is_absent()) {
+            match order.iter().position(|slot| *slot == variation.slot()) {
+                Some(at) => after = at + 1,
+                None => {
+                    order.insert(after, variation.slot());
+                    after += 1;
+                }
+            }
+        }
+    }
+    order
 }
 
 /// Adds what only `other` has, with weight 0, and with its parameters if `has_params`, else those that files need not name.
 fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bool, padding: Padding) {
     for missing in other {
-        if variations.iter().all(|variation| variation.kind != missing.kind) {
-            let mut added = if has_params { *missing } else { Variation::new(missing.kind, 0.0) };
+        let slot = missing.slot();
+        if variations.iter().all(|variation| variation.slot() != slot) {
+            let mut added =
+                if has_params { Variation { presence: slot.absent().presence, ..*missing } } else { slot.absent() };
             if padding == Padding::AsPartner && added.kind == Kind::Lazysusan {
                 // Its centre is added to every point, whatever its weight: flam3 jumps here.
                 added.params[CENTRE_OF_LAZYSUSAN..][..2].fill(0.0);
             }
-            variations.push(Variation { weight: 0.0, ..added });
+            // What replaces the point comes by its presence, in the partner's own strength.
+            let weight = if slot.stage.replaces() { missing.weight } else { 0.0 };
+            variations.push(Variation { weight, ..added });
         }
     }
 }

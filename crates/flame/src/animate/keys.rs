@@ -96,9 +96,8 @@ impl Stretch {
             let [from, to] = align([start, start + 1].map(written), first.space, Padding::AsFlam3);
             [from.clone(), from, to.clone(), to]
         };
-        let number_of = keys[0].xforms.len() + usize::from(keys[0].final_xform.is_some());
-        let xform =
-            |key: &Genome, i: usize| key.xforms.get(i).or(key.final_xform.as_ref()).cloned().unwrap_or_default();
+        let number_of = keys[0].xforms.len() + keys[0].finals.len();
+        let xform = |key: &Genome, i: usize| key.xforms.iter().chain(&key.finals).nth(i).cloned().unwrap_or_default();
         let path = |i, part: fn(&Xform) -> Affine| {
             let parts = keys.each_ref().map(|key| part(&xform(key, i)));
             if first.space == Space::Log { Path::polar(parts) } else { Path::Straight(parts) }
@@ -113,10 +112,10 @@ impl Stretch {
         let first = &self.keys[1];
         let mut genome = self.mixture(part, |a, b, part| Genome {
             xforms: a.xforms.iter().zip(&b.xforms).map(|(a, b)| mixed(a, b, part)).collect(),
-            final_xform: a.final_xform.as_ref().zip(b.final_xform.as_ref()).map(|(a, b)| mixed(a, b, part)),
+            finals: a.finals.iter().zip(&b.finals).map(|(a, b)| mixed(a, b, part)).collect(),
             ..between(a, b, part)
         });
-        for (xform, [affine, post]) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(&self.paths) {
+        for (xform, [affine, post]) in genome.xforms.iter_mut().chain(&mut genome.finals).zip(&self.paths) {
             (xform.affine, xform.post) = (affine.at(weights), post.at(weights));
             // A curve may lead beyond its keys.
             xform.weight = xform.weight.max(0.0);

@@ -8,6 +8,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
 use crate::genome::{Affine, Genome, Xform};
+use crate::variations::Variation;
 
 /// How much each difference counts; each is from 0 to 1.
 const BY_VARIATIONS: f64 = 1.0;
@@ -128,15 +129,15 @@ fn apart(a: &Affine, b: &Affine) -> f64 {
 
 /// The part of the weights of variations that only one of both has.
 fn variations_apart(a: &Xform, b: &Xform) -> f64 {
-    let weight = |xform: &Xform, kind| {
-        let of_kind = xform.variations.iter().filter(|variation| variation.kind == kind);
+    let weight = |xform: &Xform, slot| {
+        let of_kind = xform.variations.iter().filter(|variation| variation.slot() == slot);
         of_kind.map(|variation| variation.weight).sum::<f64>()
     };
     let sum = |xform: &Xform| xform.variations.iter().map(|variation| variation.weight.abs()).sum::<f64>();
-    let mut kinds: Vec<_> = a.variations.iter().chain(&b.variations).map(|variation| variation.kind).collect();
-    kinds.sort();
-    kinds.dedup();
-    let unlike: f64 = kinds.into_iter().map(|kind| (weight(a, kind) - weight(b, kind)).abs()).sum();
+    let mut slots: Vec<_> = a.variations.iter().chain(&b.variations).map(Variation::slot).collect();
+    slots.sort();
+    slots.dedup();
+    let unlike: f64 = slots.into_iter().map(|slot| (weight(a, slot) - weight(b, slot)).abs()).sum();
     let all = sum(a) + sum(b);
     if all > 0.0 { (unlike / all).min(1.0) } else { 0.0 }
 }

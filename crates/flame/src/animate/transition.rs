@@ -6,13 +6,15 @@
 //! Start at [`Transition::new`]. Everything but the turning is eased by 3b² - 2b³, so its speed is 0 at both ends, as
 //! it is in loops; the turning starts and ends at the loops' own speeds.
 
+use std::f64::consts::TAU;
+
 use super::affine::{AffinePath, Polar};
 use super::align::{Padding, align};
 use super::pairing::Pairing;
 use super::palette::PaletteWay;
 use super::waves::{added_to_affines, waved};
 use super::{Loop, Motion};
-use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
+use crate::genome::{Camera, Genome, Pose, Sampling, Space, Tone, Xform};
 
 /// The way from one loop to another.
 ///
@@ -24,10 +26,10 @@ pub struct Transition {
     to: Genome,
     /// For each transform: the interpolation of its affine part.
     ways: Vec<AffinePath>,
-    /// For each transform, the final one last: the interpolation of its post part.
+    /// For each transform, final ones last: the interpolation of its post part.
     posts: Vec<AffinePath>,
-    /// The way of the final transform's affine part.
-    final_way: Option<AffinePath>,
+    /// For each final transform: the interpolation of its affine part.
+    final_ways: Vec<AffinePath>,
     /// The way of the colours.
     palettes: Option<PaletteWay>,
     /// In which order the transforms are drawn near either end.
@@ -69,7 +71,7 @@ impl Transition {
         };
         let still = |a: &Xform, b: &Xform, part: fn(&Xform) -> crate::genome::Affine| way([part(a), part(b)], [0.0; 2]);
         let ways = a.xforms.iter().zip(&b.xforms).map(|(a, b)| way([a.affine, b.affine], [from.speed(a), to.speed(b)]));
-        let finals = a.final_xform.iter().zip(&b.final_xform);
+        let finals = a.finals.iter().zip(&b.finals);
         let posts = a.xforms.iter().zip(&b.xforms).chain(finals.clone()).map(|(a, b)| still(a, b, |x| x.post));
         let palettes = a.palette.as_ref().zip(b.palette.as_ref());
         Transition {
@@ -77,7 +79,7 @@ impl Transition {
             pairing,
             ways: ways.collect(),
             posts: posts.collect(),
-            final_way: finals.map(|(a, b)| still(a, b, |x| x.affine)).next(),
+            final_ways: finals.map(|(a, b)| still(a, b, |x| x.affine)).collect(),
             from: a,
             to: b,
             frames,
@@ -88,6 +90,20 @@ impl Transition {
     /// How far each of the loops has come at `frame`, as if the one went on and the other began before its start.
     fn parts(&self, frame: f64) -> [f64; 2] {
         [self.loops[0].part(frame), self.loops[1].part(frame - self.frames)]
+    }
+
+    /// The camera at `moment`. One that goes round in its loop goes on, or has gone before the start.
+    fn camera(&self, moment: Moment) -> Camera {
+        let mut ends = [self.from.camera, self.to.camera];
+        let parts = self.parts(moment.frame);
+        for (camera, part) in ends.iter_mut().zip(parts) {
+            camera.pose.yaw += camera.pose.turned(part);
+        }
+        // The shorter way between them.
+        let apart = ends[1].pose.yaw - ends[0].pose.yaw;
+        let at_start = self.to.camera.pose.yaw - self.from.camera.pose.yaw;
+        ends[1].pose.yaw = ends[0].pose.yaw + apart - TAU * (at_start / TAU).round();
+        camera(&ends[0], &ends[1], moment.eased)
     }
 
     /// A transform at `moment`: `a` and `b` at the ends, between which `way` and `post` lead its affine parts.
@@ -124,17 +140,17 @@ impl Motion for Transition {
         for (i, (a, b)) in from.xforms.iter().zip(&to.xforms).enumerate() {
             xforms.push(self.xform([a, b], [&self.ways[i], &self.posts[i]], moment, true));
         }
-        let final_xform = match (&from.final_xform, &to.final_xform, &self.final_way, self.posts.last()) {
-            (Some(a), Some(b), Some(way), Some(post)) => Some(self.xform([a, b], [way, post], moment, false)),
-            _ => None,
-        };
+        let ways = self.final_ways.iter().zip(&self.posts[xforms.len()..]);
+        let finals = from.finals.iter().zip(&to.finals).zip(ways);
+        let finals = finals.map(|((a, b), (way, post))| self.xform([a, b], [way, post], moment, false)).collect();
         // A new order is another choice of points, so the noise is another one: half way between two frames, in the middle,
         // where most moves. At the ends it is that of the loops.
         let is_late = frame >= (self.frames / 2.0).floor() + 0.5;
         Genome {
             palette: self.palettes.as_ref().map(|way| way.at(part, mix(from.hue_path_rgb, to.hue_path_rgb, part))),
             xforms: self.pairing.ordered(xforms, is_late),
-            final_xform,
+            finals,
+            camera: self.camera(moment),
             ..between(from, to, part)
         }
     }
@@ -168,6 +184,7 @@ pub(super) fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
     let variations = a.variations.iter().zip(&b.variations).map(|(a, b)| {
         let mut variation = *a;
         variation.weight = mix(a.weight, b.weight, part);
+        variation.presence = mix(a.presence, b.presence, part);
         for (slot, (a, b)) in variation.params.iter_mut().zip(a.params.iter().zip(b.params)) {
             *slot = mix(*a, b, part);
         }
@@ -197,6 +214,19 @@ fn camera(a: &Camera, b: &Camera, part: f64) -> Camera {
         scale: mix(a.scale, b.scale, part),
         zoom: mix(a.zoom, b.zoom, part),
         rotate: mix(a.rotate, b.rotate, part),
+        pose: pose(&a.pose, &b.pose, part),
+    }
+}
+
+fn pose(a: &Pose, b: &Pose, part: f64) -> Pose {
+    Pose {
+        pitch: mix(a.pitch, b.pitch, part),
+        yaw: mix(a.yaw, b.yaw, part),
+        yaw_turns: if part < 0.5 { a.yaw_turns } else { b.yaw_turns },
+        roll: mix(a.roll, b.roll, part),
+        perspective: mix(a.perspective, b.perspective, part),
+        depth_blur: mix(a.depth_blur, b.depth_blur, part),
+        position: std::array::from_fn(|axis| mix(a.position[axis], b.position[axis], part)),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Loops: a genome whose transforms turn once round, and wave as its `<motion>` elements say.
+//! Loops: a genome whose transforms turn once round, and wave as its `<motion>` elements say, before a camera that may go
+//! round.
 //!
 //! Owns the rotation and its speed; `waves.rs` has the waves, which come first. Never changes anything else of a genome.
 //!
@@ -46,9 +47,10 @@ impl Motion for Loop {
     fn at(&self, frame: f64) -> Genome {
         let mut genome = self.genome.clone();
         let frame = frame.rem_euclid(self.frames);
-        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+        for xform in genome.xforms.iter_mut().chain(&mut genome.finals) {
             *xform = waved(xform, self.part(frame));
         }
+        genome.camera.pose.yaw += genome.camera.pose.turned(self.part(frame));
         for xform in &mut genome.xforms {
             xform.affine = xform.affine.turned(self.speed(xform) * frame);
         }

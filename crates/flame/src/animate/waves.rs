@@ -83,11 +83,11 @@ fn add(xform: &mut Xform, wave: &Wave, height: f64) {
     xform.extra.extend(unknown.cloned());
 }
 
-/// The variation of the kind of `like`, added with weight 0 and default parameters where it is missing.
+/// The variation in the place of `like`, added with weight 0 and default parameters where it is missing.
 fn find_or_add<'a>(variations: &'a mut Vec<Variation>, like: &Variation) -> &'a mut Variation {
-    let found = variations.iter().position(|variation| variation.kind == like.kind);
+    let found = variations.iter().position(|variation| variation.slot() == like.slot());
     let index = found.unwrap_or_else(|| {
-        variations.push(Variation::new(like.kind, 0.0));
+        variations.push(like.slot().absent());
         variations.len() - 1
     });
     &mut variations[index]

@@ -145,7 +145,7 @@ fn interpolated(a: &Genome, b: &Genome, part: f64, rng: &mut Rng) -> Genome {
         camera: a.camera,
         sampling: a.sampling,
         xforms: between.xforms.iter().map(whole).collect(),
-        final_xform: between.final_xform.as_ref().map(whole),
+        finals: between.finals.iter().map(whole).collect(),
         palette: between.palette.as_ref().map(in_bytes),
         palette_mode: between.palette_mode,
         tone: between.tone,
@@ -167,8 +167,8 @@ fn united(a: &Genome, b: &Genome, rng: &mut Rng) -> Genome {
 /// The first parent with these transforms, and with the symmetry and the final transform of either.
 fn with_parts_of_either(a: &Genome, b: &Genome, xforms: Vec<Xform>, rng: &mut Rng) -> Genome {
     let symmetries = if happens(rng, 0.5) { &a.symmetries } else { &b.symmetries };
-    let final_xform = if happens(rng, 0.5) { &a.final_xform } else { &b.final_xform };
-    Genome { xforms, symmetries: symmetries.clone(), final_xform: final_xform.clone(), ..a.clone() }
+    let finals = if happens(rng, 0.5) { &a.finals } else { &b.finals };
+    Genome { xforms, symmetries: symmetries.clone(), finals: finals.clone(), ..a.clone() }
 }
 
 /// The first parent in the colours of the second.

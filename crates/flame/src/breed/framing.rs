@@ -96,7 +96,7 @@ fn middle_part(places: &mut [f64]) -> [f64; 2] {
 pub(super) fn turned_to_the_brightest(genome: &Genome, threads: &Threads) -> Result<(Genome, Light), RenderError> {
     let turning = Loop::new(genome, MOMENTS as f64);
     let mut brightest = (0, glance(&turning, 0.0, threads)?);
-    if genome.xforms.iter().chain(&genome.final_xform).any(|xform| !xform.motions.is_empty()) {
+    if genome.xforms.iter().chain(&genome.finals).any(|xform| !xform.motions.is_empty()) {
         return Ok((genome.clone(), brightest.1));
     }
     for moment in 1..MOMENTS {

@@ -37,7 +37,7 @@ pub(super) fn within_limits(mut genome: Genome) -> Genome {
     lighten(&mut genome);
     let mean = genome.xforms.iter().map(|xform| xform.weight.max(0.0)).sum::<f64>() / genome.xforms.len() as f64;
     let least = if mean > 0.0 { LEAST_WEIGHT * mean } else { 1.0 };
-    for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+    for xform in genome.xforms.iter_mut().chain(&mut genome.finals) {
         tidy(xform);
     }
     for xform in &mut genome.xforms {

@@ -70,7 +70,7 @@ pub(super) const TABLE: [(Mutation, u32, Operator); 10] = [
     (Mutation::Symmetry, 8, of("symmetry", &["add_symmetry"], "adds, changes or removes the symmetry")),
     (Mutation::Palette, 7, of("palette", &["color_palette"], "turns the hues, or takes or mixes in another palette")),
     (Mutation::Colours, 5, of("colours", &["colors"], "changes colour coordinates, or how fast they change")),
-    (Mutation::Final, 5, of("final", &["final_xform"], "changes the final transform, an opacity or the chaos")),
+    (Mutation::Final, 5, of("final", &["finals"], "changes the final transform, an opacity or the chaos")),
 ];
 
 const fn of(name: &'static str, aliases: &'static [&'static str], does: &'static str) -> Operator {
@@ -263,8 +263,8 @@ fn change_colours(xforms: &mut [Xform], strength: f64, rng: &mut Rng) {
 fn change_final(genome: &mut Genome, one: usize, rng: &mut Rng) {
     match rng.below(3) {
         0 => {
-            let is_removed = genome.final_xform.is_some() && happens(rng, 0.5);
-            genome.final_xform = (!is_removed).then(|| lens(rng));
+            let is_removed = !genome.finals.is_empty() && happens(rng, 0.5);
+            genome.finals = if is_removed { Vec::new() } else { vec![lens(rng)] };
         }
         1 => {
             let xform = &mut genome.xforms[one];

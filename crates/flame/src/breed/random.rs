@@ -11,7 +11,7 @@ use species::Rng;
 use super::chance::{even, happens, pick};
 use super::palette;
 use super::variety::{Family, LENSES, SOFT, drawn, is_root, of_kind};
-use crate::genome::{Affine, Camera, Genome, PaletteMode, Sampling, Tone, Xform};
+use crate::genome::{Affine, Camera, Genome, PaletteMode, Pose, Sampling, Tone, Xform};
 use crate::variations::Kind;
 
 /// How many transforms, by chance.
@@ -45,7 +45,14 @@ impl Genome {
             set_chaos(&mut xforms, rng);
         }
         Genome {
-            camera: Camera { size: [1280, 720], center: [0.0; 2], scale: 200.0, zoom: 0.0, rotate: 0.0 },
+            camera: Camera {
+                size: [1280, 720],
+                center: [0.0; 2],
+                scale: 200.0,
+                zoom: 0.0,
+                rotate: 0.0,
+                pose: Pose::default(),
+            },
             sampling: Sampling {
                 quality: 400.0,
                 supersample: 2,
@@ -65,7 +72,7 @@ impl Genome {
             palette: Some(palette::drawn(rng)),
             palette_mode: PaletteMode::Linear,
             symmetries: symmetry.into_iter().collect(),
-            final_xform: happens(rng, WITH_LENS).then(|| lens(rng)),
+            finals: happens(rng, WITH_LENS).then(|| lens(rng)).into_iter().collect(),
             xforms,
             ..Genome::default()
         }

@@ -80,14 +80,6 @@ pub enum GenomeError {
         /// The expected value.
         expected: &'static str,
     },
-    /// Something is there twice that may be there once.
-    #[error("{place}: a flame has one `{element}`, found a second one")]
-    Second {
-        /// Where the second one begins.
-        place: Place,
-        /// The element's tag.
-        element: &'static str,
-    },
     /// The text is not XML.
     #[error("not well-formed XML: {reason}")]
     Xml {
@@ -118,8 +110,7 @@ impl GenomeError {
         let place = match &mut self {
             GenomeError::Attribute { place, .. }
             | GenomeError::Limit { place, .. }
-            | GenomeError::Palette { place, .. }
-            | GenomeError::Second { place, .. } => place,
+            | GenomeError::Palette { place, .. } => place,
             GenomeError::Count { .. }
             | GenomeError::NoSuchPalette { .. }
             | GenomeError::Order { .. }

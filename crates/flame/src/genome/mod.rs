@@ -14,6 +14,7 @@ mod origin;
 pub(crate) mod palette;
 mod palette_xml;
 mod parse;
+mod pose;
 mod size;
 mod symmetry;
 mod wave;
@@ -24,6 +25,7 @@ pub use error::{GenomeError, Place};
 pub use library::{Library, PaletteBlend};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
+pub use pose::Pose;
 pub use wave::Wave;
 
 pub use crate::affine::Affine;
@@ -62,8 +64,9 @@ pub struct Genome {
     pub space: Space,
     /// The transforms that the chaos game chooses among.
     pub xforms: Vec<Xform>,
-    /// The transform that is applied to every point before it is plotted; its result is not fed back.
-    pub final_xform: Option<Xform>,
+    /// The transforms that are applied to every point before it is plotted, one after the other; their result is not fed
+    /// back. flam3 has at most one.
+    pub finals: Vec<Xform>,
     /// `<symmetry kind>` elements: each adds rotations, and a reflection where it is negative.
     pub symmetries: Vec<i32>,
     /// Attributes of `<flame>` that are kept as they are, in file order.
@@ -85,6 +88,8 @@ pub struct Camera {
     pub zoom: f64,
     /// `rotate`: degrees.
     pub rotate: f64,
+    /// How it stands in space.
+    pub pose: Pose,
 }
 
 /// How many samples are drawn and how they are filtered.
@@ -154,7 +159,7 @@ pub struct Xform {
     pub affine: Affine,
     /// `post`: the affine part after the variations.
     pub post: Affine,
-    /// The variations, each kind at most once.
+    /// The variations, no two of one [`Slot`](crate::variations::Slot).
     pub variations: Vec<Variation>,
     /// Attributes that are kept as they are. If one is neither 0 nor a name, the flame is not rendered: it is a
     /// variation or a feature that this crate lacks.
@@ -183,7 +188,14 @@ impl Default for Genome {
         Genome {
             name: None,
             time: 0.0,
-            camera: Camera { size: [100, 100], center: [0.0; 2], scale: 50.0, zoom: 0.0, rotate: 0.0 },
+            camera: Camera {
+                size: [100, 100],
+                center: [0.0; 2],
+                scale: 50.0,
+                zoom: 0.0,
+                rotate: 0.0,
+                pose: Pose::default(),
+            },
             sampling: Sampling {
                 quality: 1.0,
                 supersample: 1,
@@ -216,7 +228,7 @@ impl Default for Genome {
             interpolation: Interpolation::Linear,
             space: Space::Log,
             xforms: Vec::new(),
-            final_xform: None,
+            finals: Vec::new(),
             symmetries: Vec::new(),
             extra: Vec::new(),
             children: Vec::new(),

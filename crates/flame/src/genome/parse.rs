@@ -14,7 +14,7 @@ use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place, Space,
     TemporalShape, Wave, Xform,
 };
-use crate::variations::{Kind, Variation};
+use crate::variations::{Kind, Part, Slot, Spelling, Variation};
 
 /// How many characters of a wrong value are told.
 const SHOWN: usize = 80;
@@ -121,10 +121,7 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "xform" => genome.xforms.push(xform(child)?),
-            "finalxform" if genome.final_xform.is_some() => {
-                return Err(GenomeError::Second { place: place(child), element: "finalxform" });
-            }
-            "finalxform" => genome.final_xform = Some(xform(child)?),
+            "finalxform" => genome.finals.push(xform(child)?),
             "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
             "color" | "colors" | "palette" if super::palette_xml::has_colours(child) => {
                 super::palette_xml::read(child, &mut genome)?;
@@ -146,7 +143,23 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
 
 fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
     let Genome { camera, sampling, tone, .. } = genome;
+    if let Some(slot) = camera.pose.number(name) {
+        return number(slot, value);
+    }
     match name {
+        "cam_zpos" | "cam_pos_z" => {
+            let mut more = 0.0;
+            let read = number(&mut more, value);
+            camera.pose.position[2] += more;
+            read
+        }
+        "cam_yaw_turns" => match value.trim().parse() {
+            Ok(turns) => {
+                camera.pose.yaw_turns = turns;
+                Read::Taken
+            }
+            Err(_) => Read::Wrong("a whole number"),
+        },
         "name" => {
             genome.name = Some(value.into());
             Read::Taken
@@ -212,6 +225,7 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
             Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
         }
     }
+    apply_priorities(&mut xform);
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "motion" => xform.motions.push(Wave::read(child)?),
@@ -263,28 +277,31 @@ pub(super) fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Rea
 }
 
 pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
-    if let Some(kind) = Kind::named(name) {
-        return number(&mut entry(xform, kind).weight, value);
-    }
-    if let Some((kind, index)) = Kind::parameter_named(name) {
-        return number(&mut entry(xform, kind).params[index], value);
+    if let Some(Spelling { slot, part }) = Spelling::of(name) {
+        return match part {
+            Part::Weight => number(&mut entry(xform, slot).weight, value),
+            Part::Parameter(index) => number(&mut entry(xform, slot).params[index], value),
+            Part::Presence => number(&mut entry(xform, slot).presence, value),
+            // Only when the variation is known: `apply_priorities` reads it.
+            Part::Priority => Read::Unknown,
+        };
     }
     match name {
         // Both say all weights of a transform: those that other attributes gave before are gone.
         "var" => match list::<f64>(value) {
-            Some(weights) if weights.iter().skip(Kind::ALL.len()).all(|weight| *weight == 0.0) => {
+            Some(weights) if weights.iter().skip(Kind::FLAM3.len()).all(|weight| *weight == 0.0) => {
                 forget_weights(xform);
-                for (kind, weight) in Kind::ALL.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-                    entry(xform, kind).weight = weight;
+                for (kind, weight) in Kind::FLAM3.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
+                    entry(xform, Variation::new(kind, 0.0).slot()).weight = weight;
                 }
                 Read::Taken
             }
             _ => Read::Wrong("weights of variations in the order of their numbers"),
         },
-        "var1" => match value.trim().parse::<usize>().ok().and_then(|number| Kind::ALL.get(number)) {
+        "var1" => match value.trim().parse::<usize>().ok().and_then(|number| Kind::FLAM3.get(number)) {
             Some(kind) => {
                 forget_weights(xform);
-                entry(xform, *kind).weight = 1.0;
+                entry(xform, Variation::new(*kind, 0.0).slot()).weight = 1.0;
                 Read::Taken
             }
             None => Read::Wrong("a variation's number"),
@@ -299,14 +316,37 @@ fn forget_weights(xform: &mut Xform) {
     }
 }
 
-/// The variation of `kind` in `xform`, added with weight 0 and default parameters where it is missing.
-fn entry(xform: &mut Xform, kind: Kind) -> &mut Variation {
-    let found = xform.variations.iter().position(|variation| variation.kind == kind);
+/// The variation in this place of `xform`, added with weight 0 and default parameters where it is missing.
+fn entry(xform: &mut Xform, slot: Slot) -> &mut Variation {
+    let found = xform.variations.iter().position(|variation| variation.slot() == slot);
     let index = found.unwrap_or_else(|| {
-        xform.variations.push(Variation::new(kind, 0.0));
+        xform.variations.push(Variation { stage: slot.stage, number: slot.number, ..Variation::new(slot.kind, 0.0) });
         xform.variations.len() - 1
     });
     &mut xform.variations[index]
+}
+
+/// Moves variations to the stages that their `_fx_priority` says, once all are known. What moves none is kept as it is.
+fn apply_priorities(xform: &mut Xform) {
+    let extra = std::mem::take(&mut xform.extra);
+    for (name, value) in extra {
+        if !apply_priority(xform, &name, &value) {
+            xform.extra.push((name, value));
+        }
+    }
+}
+
+/// Whether the attribute moved a variation.
+fn apply_priority(xform: &mut Xform, name: &str, value: &str) -> bool {
+    let Some(Spelling { slot, part: Part::Priority }) = Spelling::of(name) else { return false };
+    let Some(at) = xform.variations.iter().position(|variation| variation.slot() == slot) else { return false };
+    let stage = value.trim().parse().ok().and_then(|value| Spelling::stage_of_priority(slot, value));
+    let Some(stage) = stage.filter(|stage| *stage != slot.stage) else { return false };
+    let of_stage = |other: &&Variation| (other.kind, other.stage) == (slot.kind, stage);
+    let number = xform.variations.iter().filter(of_stage).count();
+    let Ok(number) = u8::try_from(number) else { return false };
+    (xform.variations[at].stage, xform.variations[at].number) = (stage, number);
+    true
 }
 
 fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {

@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::parse::{Read, attributes, variation_attribute, wrong, xform_attribute};
 use super::{Affine, Element, GenomeError, WaveShape, Xform};
-use crate::variations::{Kind, MAX_PARAMETERS, Variation};
+use crate::variations::{MAX_PARAMETERS, Part, Spelling, Variation};
 
 /// The 2x2 part and the translation of nothing.
 const NOTHING: Affine = Affine { a: 0.0, b: 0.0, c: 0.0, d: 0.0, e: 0.0, f: 0.0 };
@@ -72,11 +72,11 @@ impl Wave {
                 xform_attribute(&mut self.added, name, value)
             }
             _ => {
-                let parameter = Kind::parameter_named(name).map(|(kind, _)| kind);
-                let Some(kind) = Kind::named(name).or(parameter) else { return Read::Unknown };
-                if self.added.variations.iter().all(|variation| variation.kind != kind) {
-                    let nothing = Variation { kind, weight: 0.0, params: [0.0; MAX_PARAMETERS] };
-                    self.added.variations.push(nothing);
+                let Some(Spelling { slot, part: Part::Weight | Part::Parameter(_) }) = Spelling::of(name) else {
+                    return Read::Unknown;
+                };
+                if self.added.variations.iter().all(|variation| variation.slot() != slot) {
+                    self.added.variations.push(Variation { params: [0.0; MAX_PARAMETERS], ..slot.absent() });
                 }
                 variation_attribute(&mut self.added, name, value)
             }
@@ -106,10 +106,9 @@ impl Wave {
             }
         }
         for variation in &added.variations {
-            let name = variation.kind.name();
-            element.set_unless_0(name, variation.weight);
+            element.set_unless_0(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {
-                element.set_unless_0(&format!("{name}_{}", parameter.name), value);
+                element.set_unless_0(&variation.parameter_attribute(parameter.name), value);
             }
         }
         element.attributes.extend(added.extra.iter().cloned());

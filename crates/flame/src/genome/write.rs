@@ -32,7 +32,7 @@ impl Genome {
         root.set("interpolation_type", self.space.name());
         root.attributes.extend(self.extra.iter().cloned());
         root.children.extend(self.xforms.iter().map(|xform| xform.element("xform")));
-        root.children.extend(self.final_xform.iter().map(|xform| xform.element("finalxform")));
+        root.children.extend(self.finals.iter().map(|xform| xform.element("finalxform")));
         for kind in &self.symmetries {
             let mut symmetry = Element { tag: "symmetry".into(), ..Element::default() };
             symmetry.set("kind", kind);
@@ -52,6 +52,7 @@ impl Genome {
         root.set("scale", self.camera.scale);
         root.set("zoom", self.camera.zoom);
         root.set("rotate", self.camera.rotate);
+        self.camera.pose.write(root);
     }
 
     fn write_sampling(&self, root: &mut Element) {
@@ -100,9 +101,12 @@ impl Xform {
             element.set_all("post", self.post.columns());
         }
         for variation in &self.variations {
-            element.set(variation.kind.name(), variation.weight);
+            element.set(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {
-                element.set(&format!("{}_{}", variation.kind.name(), parameter.name), value);
+                element.set(&variation.parameter_attribute(parameter.name), value);
+            }
+            for (name, value) in variation.stage_attributes() {
+                element.set(&name, value);
             }
         }
         element.attributes.extend(self.extra.iter().cloned());

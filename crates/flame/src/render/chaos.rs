@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bins::Bins;
 use super::draw::Game;
-use super::plan::{CompiledXform, Plan};
+use super::plan::{CompiledXform, Passed, Plan, Summand};
 use super::pool::ORBITS;
 use super::shot::{ENTRIES, FUSE, Shot};
-use crate::variations::{Compiled, Formula, Visitor};
+use crate::variations::{Compiled, Depth, Formula, Visitor};
 use species::Rng;
 
 /// Steps of a shot that an orbit takes part in: 8,192 samples.
@@ -21,8 +21,7 @@ const STEPS: u64 = 4;
 /// A point on its way.
 #[derive(Clone, Debug)]
 struct Orbit {
-    x: f64,
-    y: f64,
+    point: [f64; 3],
     colour: f64,
     last: usize,
     rng: Rng,
@@ -61,7 +60,7 @@ impl Game for Reference {
 
 impl Orbit {
     fn new(mut rng: Rng) -> Orbit {
-        Orbit { x: rng.signed(), y: rng.signed(), colour: rng.unit(), last: 0, rng }
+        Orbit { point: [rng.signed(), rng.signed(), 0.0], colour: rng.unit(), last: 0, rng }
     }
 
     /// One step of the game. An orbit that escapes goes on at a random point: there is no sample of it.
@@ -70,11 +69,11 @@ impl Orbit {
         let drawn = (self.rng.bits() >> 32) as u32;
         self.last = plan.thresholds(self.last).iter().map(|threshold| usize::from(drawn >= *threshold)).sum();
         let chosen = &plan.moves[self.last];
-        (self.x, self.y) = image(chosen, self.x, self.y, &mut self.rng);
+        self.point = image(chosen, self.point, plan.has_z, &mut self.rng);
         self.colour = chosen.keep * self.colour + chosen.pull;
-        let escapes = has_escaped(self.x, self.y);
+        let escapes = has_escaped(self.point);
         if escapes {
-            (self.x, self.y) = (self.rng.signed(), self.rng.signed());
+            self.point = [self.rng.signed(), self.rng.signed(), 0.0];
         }
         !escapes
     }
@@ -86,16 +85,18 @@ impl Orbit {
         if chosen.part < 1.0 && self.rng.unit() >= chosen.part {
             return None;
         }
-        let (mut x, mut y, mut colour) = (self.x, self.y, self.colour);
-        if let Some(lens) = &plan.lens
-            && (lens.opacity == 1.0 || self.rng.unit() < lens.opacity)
-        {
-            (x, y) = image(lens, x, y, &mut self.rng);
-            colour = lens.keep * colour + lens.pull;
-            if has_escaped(x, y) {
-                (x, y) = (self.rng.signed(), self.rng.signed());
+        let (mut point, mut colour) = (self.point, self.colour);
+        for lens in &plan.lenses {
+            if lens.opacity == 1.0 || self.rng.unit() < lens.opacity {
+                point = image(lens, point, plan.has_z, &mut self.rng);
+                colour = lens.keep * colour + lens.pull;
+                if has_escaped(point) {
+                    point = [self.rng.signed(), self.rng.signed(), 0.0];
+                }
             }
         }
+        let [x, y, _] = point;
+        let (x, y) = plan.projection.map_or((x, y), |projection| projection.apply(point, &mut self.rng));
         Some((x, y, colour))
     }
 
@@ -135,30 +136,56 @@ pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
 
 /// The image of a point; it may be anything, see [`has_escaped`].
 #[inline]
-fn image(xform: &CompiledXform, x: f64, y: f64, rng: &mut Rng) -> (f64, f64) {
+fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
     let (x, y) = xform.affine.apply(x, y);
-    let added = sum(&xform.before, x, y, rng);
-    let sum = sum(&xform.variations, x + added.0, y + added.1, rng);
-    xform.post.map_or(sum, |post| post.apply(sum.0, sum.1))
-}
-
-/// What `variations` make of a point together.
-#[inline]
-fn sum(variations: &[Compiled], x: f64, y: f64, rng: &mut Rng) -> (f64, f64) {
-    let mut sum = (0.0, 0.0);
-    for variation in variations {
-        let apply = variation.kind.visit(ForOnePoint);
-        let part = apply(variation, x, y, rng);
-        sum = (sum.0 + part.0, sum.1 + part.1);
+    let mut point = [x, y, z];
+    for passed in &xform.before {
+        point = passed_on(passed, point, has_z, rng);
     }
-    sum
+    let mut sum = [0.0; 3];
+    for summand in &xform.variations {
+        sum = match summand {
+            Summand::Plain(variation) => added(sum, part(variation, point, has_z, rng)),
+            Summand::Running(passed) => passed_on(passed, sum, has_z, rng),
+        };
+    }
+    for passed in &xform.after {
+        sum = passed_on(passed, sum, has_z, rng);
+    }
+    let [x, y, z] = sum;
+    let (x, y) = xform.post.map_or((x, y), |post| post.apply(x, y));
+    [x, y, z]
 }
 
-/// Whether a point has left the plane.
+/// What becomes of `point` by a variation that replaces it, or is added to it.
 #[inline]
-fn has_escaped(x: f64, y: f64) -> bool {
-    let is_out_of_range = |value: f64| value.is_nan() || value.abs() > 1e10;
-    is_out_of_range(x) || is_out_of_range(y)
+fn passed_on(passed: &Passed, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
+    let mut result = part(&passed.variation, point, has_z, rng);
+    let Some(presence) = passed.presence else { return added(point, result) };
+    if passed.variation.kind.depth() == Depth::None {
+        result[2] = point[2];
+    }
+    std::array::from_fn(|axis| point[axis] + (result[axis] - point[axis]) * presence)
+}
+
+fn added(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| a[axis] + b[axis])
+}
+
+/// What a variation makes of a point.
+#[inline]
+fn part(variation: &Compiled, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
+    if has_z {
+        return variation.kind.visit(ForOnePointInSpace)(variation, point, rng);
+    }
+    let (x, y) = variation.kind.visit(ForOnePoint)(variation, point[0], point[1], rng);
+    [x, y, 0.0]
+}
+
+/// Whether a point has left the space.
+#[inline]
+fn has_escaped(point: [f64; 3]) -> bool {
+    point.into_iter().any(|value| value.is_nan() || value.abs() > 1e10)
 }
 
 /// A formula for one point.
@@ -166,6 +193,9 @@ fn has_escaped(x: f64, y: f64) -> bool {
 /// It is called through a pointer and never inlined: in a loop over variations the compiler would move every sine that
 /// any formula might want out in front of it (measured: three times slower).
 type Apply = fn(&Compiled, f64, f64, &mut Rng) -> (f64, f64);
+
+/// The same in space.
+type ApplyInSpace = fn(&Compiled, [f64; 3], &mut Rng) -> [f64; 3];
 
 /// Asks a formula for its [`Apply`].
 struct ForOnePoint;
@@ -176,5 +206,17 @@ impl Visitor for ForOnePoint {
     #[inline]
     fn visit<F: Formula>(self) -> Apply {
         F::at::<f64, Rng>
+    }
+}
+
+/// Asks a formula for its [`ApplyInSpace`].
+struct ForOnePointInSpace;
+
+impl Visitor for ForOnePointInSpace {
+    type Out = ApplyInSpace;
+
+    #[inline]
+    fn visit<F: Formula>(self) -> ApplyInSpace {
+        F::in_space::<f64, Rng>
     }
 }

@@ -34,6 +34,12 @@ pub enum RenderError {
     /// This program cannot draw on a GPU.
     #[error("this program is built without the feature `gpu`")]
     NotBuilt,
+    /// A GPU cannot draw it.
+    #[error("a GPU does not draw {what}; `--on cpu` does")]
+    NotOnGpu {
+        /// What it asks for.
+        what: &'static str,
+    },
     /// It has no colours, only the number of a palette in flam3's library, which is not ours to ship.
     #[error("the genome has no palette, only the number of one in flam3's library")]
     NoPalette,

@@ -25,6 +25,7 @@ mod gpu;
 mod histogram;
 mod plan;
 mod pool;
+mod projection;
 mod shot;
 mod spread;
 mod target;

@@ -6,9 +6,10 @@
 //! Start at [`Plan::new`].
 
 use super::RenderError;
+use super::projection::Projection;
 use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Xform};
-use crate::variations::Compiled;
+use crate::variations::{Compiled, Depth, Kind, Stage, Variation};
 
 /// The darkest samples, as a part of full brightness: a histogram in whole numbers rounds darker ones too much.
 const DARKEST: f64 = 1.0 / 16.0;
@@ -18,8 +19,12 @@ const DARKEST: f64 = 1.0 / 16.0;
 pub(crate) struct Plan {
     /// The transforms; symmetries are some of them.
     pub(crate) moves: Vec<CompiledXform>,
-    /// The final transform.
-    pub(crate) lens: Option<CompiledXform>,
+    /// The final transforms.
+    pub(crate) lenses: Vec<CompiledXform>,
+    /// Whether points have a z: x and y come to depend on it, or the camera does.
+    pub(crate) has_z: bool,
+    /// How points in space are seen.
+    pub(crate) projection: Option<Projection>,
     /// From which random number on, of 2^32, each transform but the first is chosen: for each last transform where
     /// there is xaos, else once.
     pub(crate) choices: Vec<Vec<u32>>,
@@ -38,9 +43,12 @@ pub(crate) struct Plan {
 pub(crate) struct CompiledXform {
     pub(crate) affine: Affine,
     pub(crate) post: Option<Affine>,
-    /// What moves the point before the others see it.
-    pub(crate) before: Vec<Compiled>,
-    pub(crate) variations: Vec<Compiled>,
+    /// What moves the point before the sum, one by one.
+    pub(crate) before: Vec<Passed>,
+    /// The sum.
+    pub(crate) variations: Vec<Summand>,
+    /// What moves the sum, one by one.
+    pub(crate) after: Vec<Passed>,
     /// `c' = keep * c + pull`.
     pub(crate) keep: f64,
     pub(crate) pull: f64,
@@ -50,6 +58,23 @@ pub(crate) struct CompiledXform {
     pub(crate) part: f64,
     /// The part of points that a final transform takes.
     pub(crate) opacity: f64,
+}
+
+/// A variation that is applied to what has come of the point so far.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passed {
+    pub(crate) variation: Compiled,
+    /// How far its result replaces what it is applied to; none where it is added.
+    pub(crate) presence: Option<f64>,
+}
+
+/// A variation of a sum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Summand {
+    /// Of the point.
+    Plain(Compiled),
+    /// Of the sum so far, which it replaces.
+    Running(Passed),
 }
 
 impl Plan {
@@ -79,7 +104,9 @@ impl Plan {
         };
         Ok(Plan {
             moves: genome.xforms.iter().map(CompiledXform::new).collect(),
-            lens: genome.final_xform.as_ref().map(CompiledXform::new),
+            lenses: genome.finals.iter().map(CompiledXform::new).collect(),
+            has_z: needs_z(&genome),
+            projection: Projection::new(&genome.camera.pose),
             choices,
             to_cells: view.to_cells,
             cells: view.cells,
@@ -91,10 +118,11 @@ impl Plan {
     /// Its size in memory.
     pub(crate) fn bytes(&self) -> u64 {
         let xform = |xform: &CompiledXform| {
-            size_of::<CompiledXform>() + size_of_val(&xform.before[..]) + size_of_val(&xform.variations[..])
+            let passed = size_of_val(&xform.before[..]) + size_of_val(&xform.after[..]);
+            size_of::<CompiledXform>() + passed + size_of_val(&xform.variations[..])
         };
         let choices = self.choices.iter().map(|choice| size_of_val(&choice[..])).sum::<usize>();
-        (size_of::<Plan>() + choices + self.moves.iter().chain(&self.lens).map(xform).sum::<usize>()) as u64
+        (size_of::<Plan>() + choices + self.moves.iter().chain(&self.lenses).map(xform).sum::<usize>()) as u64
     }
 
     /// From which random number on, of 2^32, each transform but the first is chosen after number `last`.
@@ -112,9 +140,21 @@ impl Plan {
 
 impl CompiledXform {
     fn new(xform: &Xform) -> CompiledXform {
-        let used = xform.variations.iter().filter(|variation| variation.weight != 0.0);
-        let compiled = used.map(|variation| Compiled::new(variation, &xform.affine));
-        let (before, variations) = compiled.partition(|variation| variation.kind.is_before());
+        let (mut before, mut variations, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        for variation in used(xform) {
+            let presence = variation.stage.replaces().then_some(variation.presence);
+            let compiled = Compiled::new(variation, &xform.affine);
+            let passed = Passed { variation: compiled, presence };
+            match variation.stage {
+                Stage::Before | Stage::AddedBefore => before.push(passed),
+                // flam3's own.
+                Stage::Sum if variation.kind == Kind::PreBlur => before.push(passed),
+                Stage::Sum => variations.push(Summand::Plain(compiled)),
+                Stage::Running => variations.push(Summand::Running(passed)),
+                Stage::After | Stage::AddedAfter => after.push(passed),
+                Stage::Never => {}
+            }
+        }
         let opacity = xform.opacity.clamp(0.0, 1.0);
         let visibility = if opacity == 0.0 { 0.0 } else { libm::pow(10.0, libm::log2(opacity)) };
         let brightness = if visibility == 0.0 { 0.0 } else { visibility.max(DARKEST) };
@@ -123,6 +163,7 @@ impl CompiledXform {
             post: (xform.post != Affine::IDENTITY).then_some(xform.post),
             before,
             variations,
+            after,
             keep: 1.0 - xform.color_speed,
             pull: xform.color_speed * xform.color,
             brightness,
@@ -130,6 +171,18 @@ impl CompiledXform {
             opacity,
         }
     }
+}
+
+/// The variations of `xform` that change something.
+fn used(xform: &Xform) -> impl Iterator<Item = &Variation> {
+    xform.variations.iter().filter(|variation| !variation.is_absent() && variation.stage != Stage::Never)
+}
+
+/// Whether a picture of `genome` depends on z: the camera does, or x and y come to depend on a z that is made.
+fn needs_z(genome: &Genome) -> bool {
+    let xforms = || genome.xforms.iter().chain(&genome.finals);
+    let has = |depth: Depth| xforms().flat_map(used).any(|variation| variation.kind.depth() == depth);
+    !genome.camera.pose.is_straight() || has(Depth::Reads)
 }
 
 /// From which number on, of 2^32, a random one chooses each index but the first, by these weights; all weights 0 choose
@@ -150,7 +203,7 @@ fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
     in_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
     in_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
-    let finals = genome.final_xform.iter().map(|xform| ("the final transform".to_owned(), xform));
+    let finals = genome.finals.iter().map(|xform| ("the final transform".to_owned(), xform));
     let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));
     for (place, xform) in numbered.chain(finals) {
         if let Some((name, value)) = xform.extra.iter().find(|(name, value)| affects_picture(name, value)) {

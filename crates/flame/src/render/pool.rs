@@ -13,11 +13,11 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 
 use super::bins::Bins;
 use super::draw::Game;
-use super::plan::{CompiledXform, Plan};
+use super::plan::{CompiledXform, Passed, Plan, Summand};
 use super::shot::{ENTRIES, FUSE, Shot};
 use crate::genome::{Affine, Genome};
 use crate::number::{LANES, LaneRng, Lanes, Number, Random};
-use crate::variations::{Compiled, Formula, Visitor};
+use crate::variations::{Compiled, Depth, Formula, Visitor};
 
 /// Orbits of a pool.
 pub(crate) const ORBITS: usize = 2048;
@@ -26,7 +26,7 @@ pub(crate) const ORBITS: usize = 2048;
 const VECTORS: usize = ORBITS / LANES + Genome::MAX_XFORMS;
 
 /// What the arrays of a pool take in memory.
-pub(crate) const BYTES: u64 = (11 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
+pub(crate) const BYTES: u64 = (18 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
 
 /// A number for each place of a pool.
 type Places<T> = Box<[[T; LANES]; VECTORS]>;
@@ -45,18 +45,21 @@ pub(crate) struct Pool<S: Simd> {
     /// Which places of each vector escaped in this step.
     escaped: Box<[u16; VECTORS]>,
     /// What a transform's variations read, and what they add up to.
-    points: [Places<f32>; 2],
-    sums: [Places<f32>; 2],
+    points: [Places<f32>; 3],
+    sums: [Places<f32>; 3],
+    /// The points, while a variation is applied to the sums.
+    held: [Places<f32>; 3],
     /// What was plotted in a step: cells and palette entries.
     plotted: [Vec<u32>; 2],
     /// Samples drawn so far.
     samples: u64,
 }
 
-/// Coordinates and colours of a pool's orbits.
+/// Coordinates and colours of a pool's orbits. Where points have no z, it is 0.
 struct Orbits {
     x: Places<f32>,
     y: Places<f32>,
+    z: Places<f32>,
     colour: Places<f32>,
 }
 
@@ -88,7 +91,7 @@ fn places<T: Copy + Default>() -> Places<T> {
 
 impl Orbits {
     fn new() -> Orbits {
-        Orbits { x: places(), y: places(), colour: places() }
+        Orbits { x: places(), y: places(), z: places(), colour: places() }
     }
 }
 
@@ -103,8 +106,9 @@ impl<S: Simd> Pool<S> {
             groups: Vec::new(),
             choices: places(),
             escaped: Box::new([0; VECTORS]),
-            points: [places(), places()],
-            sums: [places(), places()],
+            points: [places(), places(), places()],
+            sums: [places(), places(), places()],
+            held: [places(), places(), places()],
             plotted: [vec![0; ORBITS + LANES], vec![0; ORBITS + LANES]],
             samples: 0,
         }
@@ -116,7 +120,7 @@ impl<S: Simd> Pool<S> {
         self.random = LaneRng::stream(self.simd, seed, number);
         // What lies between groups is calculated, too: it must not depend on what this pool did before.
         for orbits in [&mut self.now, &mut self.next] {
-            for places in [&mut orbits.x, &mut orbits.y, &mut orbits.colour] {
+            for places in [&mut orbits.x, &mut orbits.y, &mut orbits.z, &mut orbits.colour] {
                 places.as_flattened_mut().fill(0.0);
             }
         }
@@ -133,18 +137,18 @@ impl<S: Simd> Pool<S> {
 
     /// Every orbit goes through a transform.
     #[inline(always)]
-    fn step(&mut self, plan: &Plan) {
-        self.choose(plan);
+    fn step<const HAS_Z: bool>(&mut self, plan: &Plan) {
+        self.choose::<HAS_Z>(plan);
         for number in 0..self.groups.len() {
             if self.groups[number].orbits > 0 {
-                self.transform(&plan.moves[number], self.groups[number]);
+                self.transform::<HAS_Z>(&plan.moves[number], self.groups[number]);
             }
         }
     }
 
     /// Draws the next transform of each orbit, and puts orbits in order by it.
     #[inline(always)]
-    fn choose(&mut self, plan: &Plan) {
+    fn choose<const HAS_Z: bool>(&mut self, plan: &Plan) {
         let simd = self.simd;
         let moves = plan.moves.len();
         // How many orbits drew this transform or one after it.
@@ -178,14 +182,14 @@ impl<S: Simd> Pool<S> {
             first += orbits.div_ceil(LANES);
         }
         self.groups = groups;
-        self.move_to(&sources, &mut place);
+        self.move_to::<HAS_Z>(&sources, &mut place);
     }
 
     /// Moves every orbit to the next place of its transform.
     #[inline(always)]
-    fn move_to(&mut self, sources: &[Group], place: &mut [usize; Genome::MAX_XFORMS]) {
-        let (x, y, colour) =
-            (self.next.x.as_flattened_mut(), self.next.y.as_flattened_mut(), self.next.colour.as_flattened_mut());
+    fn move_to<const HAS_Z: bool>(&mut self, sources: &[Group], place: &mut [usize; Genome::MAX_XFORMS]) {
+        let Orbits { x, y, z, colour } = &mut self.next;
+        let [x, y, z, colour] = [x, y, z, colour].map(|places| places.as_flattened_mut());
         let mut from = 0;
         for group in sources {
             for vector in group.vectors() {
@@ -196,6 +200,9 @@ impl<S: Simd> Pool<S> {
                     let to = &mut place[choices[lane] as usize & (Genome::MAX_XFORMS - 1)];
                     x[*to] = self.now.x[vector][lane];
                     y[*to] = self.now.y[vector][lane];
+                    if HAS_Z {
+                        z[*to] = self.now.z[vector][lane];
+                    }
                     colour[*to] = self.now.colour[vector][lane];
                     *to += 1;
                 }
@@ -205,11 +212,14 @@ impl<S: Simd> Pool<S> {
 
     /// Sends a group through its transform.
     #[inline(always)]
-    fn transform(&mut self, chosen: &CompiledXform, group: Group) {
-        self.enter(chosen, group);
+    fn transform<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
+        self.enter::<HAS_Z>(chosen, group);
         for vector in group.vectors() {
             let (x, y) = self.leave(chosen, vector);
-            let (x, y, escaped) = self.kept(x, y);
+            let (x, y, escaped) = self.kept::<HAS_Z>(x, y, vector);
+            if HAS_Z {
+                self.now.z[vector] = self.sums[2][vector];
+            }
             let escaped = escaped.to_bitmask();
             self.escaped[vector] = escaped as u16;
             self.samples += u64::from((group.live(vector) & !escaped).count_ones());
@@ -221,31 +231,29 @@ impl<S: Simd> Pool<S> {
         }
     }
 
-    /// The affine part before the variations, and what these add up to.
+    /// The affine part before the variations, what these add up to, and what becomes of the sum.
     #[inline(always)]
-    fn enter(&mut self, chosen: &CompiledXform, group: Group) {
-        self.map(&chosen.affine, group);
-        for variation in &chosen.before {
-            self.vary(variation, group);
+    fn enter<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
+        self.map::<HAS_Z>(&chosen.affine, group);
+        for passed in &chosen.before {
+            self.pass::<HAS_Z>(passed, group);
+            std::mem::swap(&mut self.points, &mut self.sums);
+            self.clear::<HAS_Z>(group);
         }
-        if !chosen.before.is_empty() {
-            for vector in group.vectors() {
-                for axis in 0..2 {
-                    let sum = f32x16::load_array_ref(self.simd, &self.sums[axis][vector]);
-                    let point = f32x16::load_array_ref(self.simd, &self.points[axis][vector]);
-                    (point + sum).store_array(&mut self.points[axis][vector]);
-                    self.sums[axis][vector] = [0.0; LANES];
-                }
+        for summand in &chosen.variations {
+            match summand {
+                Summand::Plain(variation) => self.vary::<HAS_Z>(variation, group),
+                Summand::Running(passed) => self.pass_sum::<HAS_Z>(passed, group),
             }
         }
-        for variation in &chosen.variations {
-            self.vary(variation, group);
+        for passed in &chosen.after {
+            self.pass_sum::<HAS_Z>(passed, group);
         }
     }
 
-    /// The affine part, with nothing added up yet.
+    /// The affine part, with nothing added up yet. It leaves z alone.
     #[inline(always)]
-    fn map(&mut self, affine: &Affine, group: Group) {
+    fn map<const HAS_Z: bool>(&mut self, affine: &Affine, group: Group) {
         let simd = self.simd;
         for vector in group.vectors() {
             let x = Lanes(f32x16::load_array_ref(simd, &self.next.x[vector]));
@@ -255,22 +263,64 @@ impl<S: Simd> Pool<S> {
             y.0.store_array(&mut self.points[1][vector]);
             self.sums[0][vector] = [0.0; LANES];
             self.sums[1][vector] = [0.0; LANES];
+            if HAS_Z {
+                self.points[2][vector] = self.next.z[vector];
+                self.sums[2][vector] = [0.0; LANES];
+            }
+        }
+    }
+
+    /// Empties the sums.
+    #[inline(always)]
+    fn clear<const HAS_Z: bool>(&mut self, group: Group) {
+        for sums in &mut self.sums[..axes::<HAS_Z>()] {
+            sums[group.vectors()].fill([0.0; LANES]);
+        }
+    }
+
+    /// Applies a variation to the sums.
+    #[inline(always)]
+    fn pass_sum<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
+        std::mem::swap(&mut self.held, &mut self.points);
+        std::mem::swap(&mut self.points, &mut self.sums);
+        self.clear::<HAS_Z>(group);
+        self.pass::<HAS_Z>(passed, group);
+        std::mem::swap(&mut self.points, &mut self.held);
+    }
+
+    /// Makes of empty sums what becomes of the points by a variation that replaces them or is added to them.
+    #[inline(always)]
+    fn pass<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
+        self.vary::<HAS_Z>(&passed.variation, group);
+        let keeps_z = passed.variation.kind.depth() == Depth::None;
+        for axis in 0..axes::<HAS_Z>() {
+            for vector in group.vectors() {
+                let point = Lanes(f32x16::load_array_ref(self.simd, &self.points[axis][vector]));
+                let result = Lanes(f32x16::load_array_ref(self.simd, &self.sums[axis][vector]));
+                let passed = match passed.presence {
+                    None => point + result,
+                    Some(_) if axis == 2 && keeps_z => point,
+                    Some(1.0) => result,
+                    Some(presence) => (result - point).mul_add(point.like(presence), point),
+                };
+                passed.0.store_array(&mut self.sums[axis][vector]);
+            }
         }
     }
 
     /// Adds what a variation gives.
     #[inline(always)]
-    fn vary(&mut self, variation: &Compiled, group: Group) {
+    fn vary<const HAS_Z: bool>(&mut self, variation: &Compiled, group: Group) {
         let vectors = group.vectors();
-        let [x, y] = &self.points;
-        let [sum_x, sum_y] = &mut self.sums;
-        variation.kind.visit(Vary {
-            simd: self.simd,
-            variation,
-            points: (&x[vectors.clone()], &y[vectors.clone()]),
-            sums: (&mut sum_x[vectors.clone()], &mut sum_y[vectors]),
-            random: &mut self.random,
-        });
+        let [x, y, z] = self.points.each_ref().map(|places| &places[vectors.clone()]);
+        let [sum_x, sum_y, sum_z] = self.sums.each_mut().map(|places| &mut places[vectors.clone()]);
+        let (simd, random) = (self.simd, &mut self.random);
+        let flat = Vary { simd, variation, points: (x, y), sums: (sum_x, sum_y), random };
+        if HAS_Z {
+            variation.kind.visit(VaryInSpace { flat, z, sum_z });
+        } else {
+            variation.kind.visit(flat);
+        }
     }
 
     /// The affine part after the variations.
@@ -281,12 +331,23 @@ impl<S: Simd> Pool<S> {
         chosen.post.as_ref().map_or((x, y), |post| image(post, x, y))
     }
 
-    /// The same points, but random ones for those that left the plane; and which those are.
+    /// The same points, those of `vector`, but random ones for those that left the space; and which those are. Their z is in
+    /// the sums, and becomes 0 there.
     #[inline(always)]
-    fn kept(&mut self, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>, mask32x16<S>) {
+    fn kept<const HAS_Z: bool>(
+        &mut self,
+        x: Lanes<S>,
+        y: Lanes<S>,
+        vector: usize,
+    ) -> (Lanes<S>, Lanes<S>, mask32x16<S>) {
         let limit = x.like(1e10);
         // A number that is none is not less than anything either.
-        let kept = x.abs().less(limit) & y.abs().less(limit);
+        let mut kept = x.abs().less(limit) & y.abs().less(limit);
+        if HAS_Z {
+            let z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
+            kept = kept & z.abs().less(limit);
+            Lanes::select(kept, z, z.like(0.0)).0.store_array(&mut self.sums[2][vector]);
+        }
         if kept.0.all_true() {
             return (x, y, !kept.0);
         }
@@ -296,18 +357,21 @@ impl<S: Simd> Pool<S> {
 
     /// Plots every orbit that is in view.
     #[inline(always)]
-    fn plot(&mut self, plan: &Plan, bins: &mut Bins) {
+    fn plot<const HAS_Z: bool>(&mut self, plan: &Plan, bins: &mut Bins) {
         let mut plotted = 0;
         for number in 0..self.groups.len() {
             let (chosen, group) = (&plan.moves[number], self.groups[number]);
             if group.orbits == 0 || chosen.brightness == 0.0 {
                 continue;
             }
-            if let Some(lens) = &plan.lens {
-                self.see_through(lens, group);
+            if !plan.lenses.is_empty() {
+                self.copy::<HAS_Z>(group);
+            }
+            for lens in &plan.lenses {
+                self.see_through::<HAS_Z>(lens, group);
             }
             for vector in group.vectors() {
-                plotted = self.place(plan, number, group, vector, plotted);
+                plotted = self.place::<HAS_Z>(plan, number, group, vector, plotted);
             }
         }
         let [cells, entries] = &self.plotted;
@@ -316,39 +380,67 @@ impl<S: Simd> Pool<S> {
         }
     }
 
-    /// Sends copies of a group through the final transform, into `next`.
+    /// Copies a group into `next`.
     #[inline(always)]
-    fn see_through(&mut self, lens: &CompiledXform, group: Group) {
+    fn copy<const HAS_Z: bool>(&mut self, group: Group) {
         for vector in group.vectors() {
             self.next.x[vector] = self.now.x[vector];
             self.next.y[vector] = self.now.y[vector];
+            self.next.colour[vector] = self.now.colour[vector];
+            if HAS_Z {
+                self.next.z[vector] = self.now.z[vector];
+            }
         }
-        self.enter(lens, group);
+    }
+
+    /// Sends the copies of a group through a final transform.
+    #[inline(always)]
+    fn see_through<const HAS_Z: bool>(&mut self, lens: &CompiledXform, group: Group) {
+        self.enter::<HAS_Z>(lens, group);
         for vector in group.vectors() {
             let (x, y) = self.leave(lens, vector);
-            let (mut x, mut y, _) = self.kept(x, y);
-            let before = Lanes(f32x16::load_array_ref(self.simd, &self.now.colour[vector]));
+            let (mut x, mut y, _) = self.kept::<HAS_Z>(x, y, vector);
+            let before = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
             let mut colour = before.mul_add(before.like(lens.keep), before.like(lens.pull));
+            let mut z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
             if lens.opacity < 1.0 {
                 let taken = self.random.unit().less(x.like(lens.opacity));
-                x = Lanes::select(taken, x, Lanes(f32x16::load_array_ref(self.simd, &self.now.x[vector])));
-                y = Lanes::select(taken, y, Lanes(f32x16::load_array_ref(self.simd, &self.now.y[vector])));
+                x = Lanes::select(taken, x, Lanes(f32x16::load_array_ref(self.simd, &self.next.x[vector])));
+                y = Lanes::select(taken, y, Lanes(f32x16::load_array_ref(self.simd, &self.next.y[vector])));
                 colour = Lanes::select(taken, colour, before);
+                if HAS_Z {
+                    z = Lanes::select(taken, z, Lanes(f32x16::load_array_ref(self.simd, &self.next.z[vector])));
+                }
             }
             x.0.store_array(&mut self.next.x[vector]);
             y.0.store_array(&mut self.next.y[vector]);
             colour.0.store_array(&mut self.next.colour[vector]);
+            if HAS_Z {
+                z.0.store_array(&mut self.next.z[vector]);
+            }
         }
     }
 
     /// Writes down in which cells the orbits of a vector are, after the first `plotted` of this step.
     #[inline(always)]
-    fn place(&mut self, plan: &Plan, number: usize, group: Group, vector: usize, plotted: usize) -> usize {
+    fn place<const HAS_Z: bool>(
+        &mut self,
+        plan: &Plan,
+        number: usize,
+        group: Group,
+        vector: usize,
+        plotted: usize,
+    ) -> usize {
         let simd = self.simd;
-        let seen = if plan.lens.is_some() { &self.next } else { &self.now };
+        let seen = if plan.lenses.is_empty() { &self.now } else { &self.next };
         let x = Lanes(f32x16::load_array_ref(simd, &seen.x[vector]));
         let y = Lanes(f32x16::load_array_ref(simd, &seen.y[vector]));
         let colour = f32x16::load_array_ref(simd, &seen.colour[vector]);
+        let (mut x, mut y) = (x, y);
+        if HAS_Z && let Some(projection) = &plan.projection {
+            let z = Lanes(f32x16::load_array_ref(simd, &seen.z[vector]));
+            (x, y) = projection.apply([x, y, z], &mut self.random);
+        }
         let (across, down) = image(&plan.to_cells, x, y);
         let [width, height] = plan.cells;
         let zero = f32x16::splat(simd, 0.0);
@@ -378,29 +470,49 @@ impl<S: Simd> Pool<S> {
     }
 }
 
+impl<S: Simd> Pool<S> {
+    /// Draws part `number` of `shot`.
+    #[inline(always)]
+    fn draw<const HAS_Z: bool>(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) {
+        let steps = shot.steps(number);
+        self.begin(shot.seed, number);
+        for _ in 0..FUSE {
+            self.step::<HAS_Z>(shot.plan(steps.start));
+        }
+        self.samples = 0;
+        for step in steps {
+            let plan = shot.plan(step);
+            self.step::<HAS_Z>(plan);
+            self.plot::<HAS_Z>(plan, bins);
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+    }
+}
+
 impl<S: Simd> Game for Pool<S> {
     fn play(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) -> u64 {
-        let steps = shot.steps(number);
-        self.simd.vectorize(
-            #[inline(always)]
-            || {
-                self.begin(shot.seed, number);
-                for _ in 0..FUSE {
-                    self.step(shot.plan(steps.start));
-                }
-                self.samples = 0;
-                for step in steps {
-                    let plan = shot.plan(step);
-                    self.step(plan);
-                    self.plot(plan, bins);
-                    if stop.load(Ordering::Relaxed) {
-                        break;
-                    }
-                }
-                self.samples
-            },
-        )
+        let simd = self.simd;
+        // Two functions: only one of them carries z.
+        if shot.has_z {
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw::<true>(shot, number, bins, stop),
+            );
+        } else {
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw::<false>(shot, number, bins, stop),
+            );
+        }
+        self.samples
     }
+}
+
+/// How many coordinates a point has.
+const fn axes<const HAS_Z: bool>() -> usize {
+    if HAS_Z { 3 } else { 2 }
 }
 
 /// A variation over the vectors of a group.
@@ -430,6 +542,42 @@ impl<S: Simd> Visitor for Vary<'_, S> {
                     let (x, y) = F::at(variation, x, y, &mut own);
                     (f32x16::load_array_ref(simd, sum_x) + x.0).store_array(sum_x);
                     (f32x16::load_array_ref(simd, sum_y) + y.0).store_array(sum_y);
+                }
+                *random = own;
+            },
+        );
+    }
+}
+
+/// A variation in space over the vectors of a group.
+struct VaryInSpace<'a, S: Simd> {
+    flat: Vary<'a, S>,
+    z: &'a [[f32; LANES]],
+    sum_z: &'a mut [[f32; LANES]],
+}
+
+impl<S: Simd> Visitor for VaryInSpace<'_, S> {
+    type Out = ();
+
+    #[inline(always)]
+    fn visit<F: Formula>(self) {
+        if F::DEPTH == Depth::None {
+            // It gives no z.
+            return self.flat.visit::<F>();
+        }
+        let VaryInSpace { flat: Vary { simd, variation, points, sums, random }, z, sum_z } = self;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut own = *random;
+                let points = points.0.iter().zip(points.1).zip(z);
+                let sums = sums.0.iter_mut().zip(sums.1).zip(sum_z);
+                for (((x, y), z), ((sum_x, sum_y), sum_z)) in points.zip(sums) {
+                    let point = [x, y, z].map(|places| Lanes(f32x16::load_array_ref(simd, places)));
+                    let part = F::in_space(variation, point, &mut own);
+                    for (sum, part) in [sum_x, sum_y, sum_z].into_iter().zip(part) {
+                        (f32x16::load_array_ref(simd, sum) + part.0).store_array(sum);
+                    }
                 }
                 *random = own;
             },

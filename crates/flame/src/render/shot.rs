@@ -51,6 +51,8 @@ pub(crate) struct Shot {
     pub(crate) all_steps: u64,
     /// What all random numbers come from.
     pub(crate) seed: u64,
+    /// Whether points have a z, at any moment.
+    pub(crate) has_z: bool,
 }
 
 impl Shot {
@@ -80,7 +82,10 @@ impl Shot {
             over
         };
         let over = moments.iter().map(&mut over).collect();
-        Ok(Shot { plans: plans.into(), over, begins: Vec::new(), palette, all_steps: 0, seed }.again(samples, seed))
+        let has_z = plans.iter().any(|plan| plan.has_z);
+        plans.iter_mut().for_each(|plan| plan.has_z = has_z);
+        let plans = plans.into();
+        Ok(Shot { plans, over, begins: Vec::new(), palette, all_steps: 0, seed, has_z }.again(samples, seed))
     }
 
     /// The same frame with at least `samples` other samples: those of `seed`.

@@ -155,6 +155,6 @@ fn on_disc<N: Number, R: Random<N>>(random: &mut R) -> (N, N) {
 
 /// The sum of four random numbers, centred: nearly Gaussian, in -2..2.
 #[inline(always)]
-fn bell<N: Number, R: Random<N>>(random: &mut R) -> N {
+pub(super) fn bell<N: Number, R: Random<N>>(random: &mut R) -> N {
     random.unit() + random.unit() + random.unit() + random.unit() - 2.0
 }

@@ -126,7 +126,7 @@ formulas! {
     }
 
     Mobius(v, x, y) {
-        let [re_a, im_a, re_b, im_b, re_c, im_c, re_d, im_d] = v.p;
+        let [re_a, im_a, re_b, im_b, re_c, im_c, re_d, im_d, ..] = v.p;
         let (re_over, im_over) = (x * re_a - y * im_a + re_b, x * im_a + y * re_a + im_b);
         let (re_under, im_under) = (x * re_c - y * im_c + re_d, x * im_c + y * re_c + im_d);
         let k = over(v.w, square_of_radius(re_under, im_under));

@@ -17,8 +17,29 @@ pub(super) const TINY: f64 = 1e-10;
 
 /// The formula of a variation.
 pub(crate) trait Formula {
+    /// What it does with z.
+    const DEPTH: Depth = Depth::None;
+
     /// The variation's part of the result for the point `(x, y)` after the affine part, weight included.
     fn at<N: Number, R: Random<N>>(v: &Compiled, x: N, y: N, random: &mut R) -> (N, N);
+
+    /// The same for the point `(x, y, z)`. Its x and y are those of [`Formula::at`] where z is 0.
+    #[inline(always)]
+    fn in_space<N: Number, R: Random<N>>(v: &Compiled, [x, y, _]: [N; 3], random: &mut R) -> [N; 3] {
+        let (x, y) = Self::at(v, x, y, random);
+        [x, y, x.like(0.0)]
+    }
+}
+
+/// What a formula does with z.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Depth {
+    /// It gives 0, whatever z is.
+    None,
+    /// It gives a z; x and y do not depend on z.
+    Makes,
+    /// Its x and y depend on z.
+    Reads,
 }
 
 /// What is done with a formula that is known only at run time; [`Kind::visit`] finds it.
@@ -44,7 +65,7 @@ impl Compiled {
     /// Precomputes `variation` for a transform whose affine part is `affine`.
     #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
     pub(crate) fn new(variation: &Variation, affine: &Affine) -> Compiled {
-        let Variation { kind, weight, params: q } = *variation;
+        let Variation { kind, weight, params: q, .. } = *variation;
         let p = match kind {
             Kind::Waves => values([affine.b, over_square(affine.c), affine.e, over_square(affine.f)]),
             Kind::Popcorn => values([affine.c, affine.f]),
@@ -112,6 +133,40 @@ macro_rules! formulas {
 }
 
 pub(super) use formulas;
+
+/// As [`formulas`], for formulas in space: each says what it does with z, and gives x, y and z.
+macro_rules! solids {
+    ($($kind:ident $depth:ident($v:ident, $x:tt, $y:tt, $z:tt $(, $random:ident)?) $body:block)*) => {$(
+        pub(super) struct $kind;
+
+        impl $crate::variations::formulas::Formula for $kind {
+            const DEPTH: $crate::variations::formulas::Depth = $crate::variations::formulas::Depth::$depth;
+
+            #[inline(always)]
+            fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
+                v: &$crate::variations::formulas::Compiled,
+                x: N,
+                y: N,
+                random: &mut R,
+            ) -> (N, N) {
+                let [x, y, _] = Self::in_space(v, [x, y, x.like(0.0)], random);
+                (x, y)
+            }
+
+            #[inline(always)]
+            fn in_space<N: $crate::number::Number, R: $crate::number::Random<N>>(
+                $v: &$crate::variations::formulas::Compiled,
+                [$x, $y, $z]: [N; 3],
+                _unused: &mut R,
+            ) -> [N; 3] {
+                $(let $random = _unused;)?
+                $body
+            }
+        }
+    )*};
+}
+
+pub(super) use solids;
 
 /// r² = x² + y².
 #[inline(always)]

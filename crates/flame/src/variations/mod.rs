@@ -1,7 +1,8 @@
-//! The variations V0 to V98: their names, numbers and parameters.
+//! The variations: their names, parameters and stages.
 //!
-//! Owns the table that the XML reader, the writer, the animation and the renderer share. `formulas.rs` says what a
-//! formula is; `plain.rs`, `chance.rs`, `complex.rs` and `later.rs` have the mathematics, `render` calls it.
+//! Owns the table that the XML reader, the writer, the animation and the renderer share: V0 to V98 of flam3, and after
+//! them those of other programs. `spelling.rs` has the spelling in files, `stage.rs` the order inside a transform,
+//! `formulas.rs` says what a formula is; the other files have the mathematics, `render` calls it.
 //!
 //! Start at [`Kind`].
 //!
@@ -15,13 +16,18 @@ mod complex;
 mod formulas;
 mod later;
 mod plain;
+mod solid;
+mod spelling;
+mod stage;
 
 use std::f64::consts::PI;
 
-pub(crate) use formulas::{Compiled, Formula, Visitor};
+pub(crate) use formulas::{Compiled, Depth, Formula, Visitor};
+pub(crate) use spelling::{Part, Spelling};
+pub use stage::{Slot, Stage};
 
 /// How many parameters a variation has at most.
-pub const MAX_PARAMETERS: usize = 8;
+pub const MAX_PARAMETERS: usize = 16;
 
 /// One variation of a transform, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +38,13 @@ pub struct Variation {
     pub weight: f64,
     /// Its parameters in the order of [`Kind::parameters`]; the rest is 0.
     pub params: [f64; MAX_PARAMETERS],
+    /// When it is applied.
+    pub stage: Stage,
+    /// Which of several of its kind and stage it is, from 0.
+    pub number: u8,
+    /// How far a variation that replaces the point has replaced it, `0.0..=1.0`: in a transition it grows from 0. 1
+    /// elsewhere.
+    pub presence: f64,
 }
 
 impl Variation {
@@ -41,7 +54,17 @@ impl Variation {
         for (slot, parameter) in params.iter_mut().zip(kind.parameters()) {
             *slot = parameter.default;
         }
-        Variation { kind, weight, params }
+        Variation { kind, weight, params, stage: Stage::Sum, number: 0, presence: 1.0 }
+    }
+
+    /// Whether it changes nothing, whatever its parameters are.
+    pub fn is_absent(&self) -> bool {
+        self.weight == 0.0 || self.presence == 0.0
+    }
+
+    /// Its place among the variations of a transform: no two of a transform have the same.
+    pub fn slot(&self) -> Slot {
+        Slot { stage: self.stage, kind: self.kind, number: self.number }
     }
 
     /// The same variation with other parameters, in the order of [`Kind::parameters`].
@@ -63,16 +86,19 @@ pub struct Parameter {
 
 macro_rules! kinds {
     ($($module:ident::$kind:ident $name:literal [$($parameter:ident $default:expr),*];)*) => {
-        /// A published variation; the discriminant is its number in flam3, up to 48 that in the paper.
+        /// A variation; the discriminant of the first 99 is its number in flam3, up to 48 that in the paper.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[expect(missing_docs, reason = "each name is the published one, its formula stands in the module that the table names")]
         pub enum Kind { $($kind),* }
 
+        /// How many there are.
+        const COUNT: usize = [$(Kind::$kind),*].len();
+
         impl Kind {
             /// All variations, by number.
-            pub const ALL: [Kind; 99] = [$(Kind::$kind),*];
+            pub const ALL: [Kind; COUNT] = [$(Kind::$kind),*];
 
-            /// The name in flam3 XML.
+            /// The name in XML.
             pub fn name(self) -> &'static str {
                 match self { $(Kind::$kind => $name),* }
             }
@@ -122,8 +148,8 @@ kinds! {
     plain::Fan2 "fan2" [x 0.0, y 0.0];
     plain::Rings2 "rings2" [val 0.0];
     plain::Eyefish "eyefish" [];
-    plain::Bubble "bubble" [];
-    plain::Cylinder "cylinder" [];
+    solid::Bubble "bubble" [];
+    solid::Cylinder "cylinder" [];
     plain::Perspective "perspective" [angle 0.0, dist 0.0];
     chance::Noise "noise" [];
     chance::Julian "julian" [power 1.0, dist 1.0];
@@ -193,28 +219,41 @@ kinds! {
     later::Auger "auger" [freq 1.0, weight 0.5, sym 0.0, scale 1.0];
     later::Flux "flux" [spread 0.0];
     complex::Mobius "mobius" [re_a 0.0, im_a 0.0, re_b 0.0, im_b 0.0, re_c 0.0, im_c 0.0, re_d 0.0, im_d 0.0];
+    solid::Linear3D "linear3D" [];
+    solid::Flatten "flatten" [];
+    solid::Zscale "zscale" [];
+    solid::Ztranslate "ztranslate" [];
+    solid::Zcone "zcone" [];
+    solid::Zblur "zblur" [];
 }
 
 impl Kind {
+    /// The variations of flam3 3.1.1, by number: those that are bred.
+    pub const FLAM3: [Kind; 99] = {
+        let mut first = [Kind::Linear; 99];
+        let mut number = 0;
+        while number < first.len() {
+            first[number] = Kind::ALL[number];
+            number += 1;
+        }
+        first
+    };
+
     /// The variation whose XML attribute is `name`.
     pub fn named(name: &str) -> Option<Kind> {
         Kind::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// Whether what the formula gives is added to the point before the other variations of its transform see it.
-    pub fn is_before(self) -> bool {
-        self == Kind::PreBlur
-    }
-
-    /// The variation and the index of its parameter whose XML attribute is `name`, as `julian_power`.
-    pub fn parameter_named(name: &str) -> Option<(Kind, usize)> {
-        Kind::ALL.into_iter().find_map(|kind| {
-            let of_kind = name.strip_prefix(kind.name());
-            let of_kind = if kind == Kind::Oscilloscope { of_kind.or(name.strip_prefix("oscope")) } else { of_kind };
-            let parameter = of_kind?.strip_prefix('_')?;
-            let index = kind.parameters().iter().position(|known| known.name == parameter)?;
-            Some((kind, index))
-        })
+    /// What the formula does with z.
+    pub(crate) fn depth(self) -> Depth {
+        struct DepthOf;
+        impl Visitor for DepthOf {
+            type Out = Depth;
+            fn visit<F: Formula>(self) -> Depth {
+                F::DEPTH
+            }
+        }
+        self.visit(DepthOf)
     }
 }
 
@@ -230,21 +269,16 @@ mod tests {
         assert_eq!(Kind::Cross as usize, 48);
         assert_eq!(Kind::PreBlur as usize, 67);
         assert_eq!(Kind::Mobius as usize, 98);
+        assert_eq!(Kind::FLAM3.last(), Some(&Kind::Mobius));
         assert!(Kind::ALL.iter().enumerate().all(|(number, kind)| *kind as usize == number));
     }
 
     #[test]
-    fn every_name_finds_its_variation_and_parameter() {
+    fn every_name_finds_its_variation() {
         for kind in Kind::ALL {
             assert_eq!(Kind::named(kind.name()), Some(kind));
             assert!(kind.parameters().len() <= MAX_PARAMETERS);
-            for (index, parameter) in kind.parameters().iter().enumerate() {
-                let attribute = format!("{}_{}", kind.name(), parameter.name);
-                assert_eq!(Kind::parameter_named(&attribute), Some((kind, index)));
-            }
         }
         assert_eq!(Kind::named("waltz"), None);
-        // flam3 reads this name too.
-        assert_eq!(Kind::parameter_named("oscope_damping"), Some((Kind::Oscilloscope, 3)));
     }
 }

@@ -158,15 +158,6 @@ formulas! {
         (s * x, s * y)
     }
 
-    Bubble(v, x, y) {
-        let s = over(v.w, square_of_radius(x, y) * 0.25 + 1.0);
-        (s * x, s * y)
-    }
-
-    Cylinder(v, x, y) {
-        (x.sin() * v.w, y * v.w)
-    }
-
     Perspective(v, x, y) {
         let t = over(v.w, -(y * v.p[1] - v.p[0]));
         (t * x * v.p[0], t * y * v.p[2])

@@ -33,7 +33,7 @@ pub(crate) fn genome(seed: u64) -> Genome {
     genome.space = Space::ALL[below(rng, 4)];
     genome.palette = Some(palette(rng));
     genome.xforms = (0..=below(rng, 5)).map(|_| xform(rng)).collect();
-    genome.final_xform = (below(rng, 2) == 0).then(|| Xform { animate: 0.0, ..xform(rng) });
+    genome.finals = (below(rng, 2) == 0).then(|| Xform { animate: 0.0, ..xform(rng) }).into_iter().collect();
     genome.symmetries.extend([None, Some(2), Some(-3)][below(rng, 3)]);
     genome.extra = vec![("nick".into(), "nobody & co".into())];
     genome.children = vec![Element {
@@ -74,7 +74,7 @@ fn xform(rng: &mut Rng) -> Xform {
     if below(rng, 3) == 0 {
         xform.chaos = vec![rng.unit(), 1.0, rng.unit()];
     }
-    let mut kinds: Vec<Kind> = (0..=below(rng, 3)).map(|_| Kind::ALL[below(rng, Kind::ALL.len())]).collect();
+    let mut kinds: Vec<Kind> = (0..=below(rng, 3)).map(|_| Kind::FLAM3[below(rng, Kind::FLAM3.len())]).collect();
     kinds.sort();
     kinds.dedup();
     for kind in kinds {

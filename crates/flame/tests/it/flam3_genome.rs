@@ -52,7 +52,7 @@ fn numbers(xform: &Xform) -> Vec<f64> {
 fn assert_alike(ours: &Genome, theirs: &Genome, what: &str) {
     let all = |genome: &Genome| -> Vec<f64> {
         // `animate` of a final transform is not printed.
-        let last = genome.final_xform.clone().map(|last| Xform { animate: 1.0, ..last });
+        let last = genome.finals.last().cloned().map(|last| Xform { animate: 1.0, ..last });
         genome.xforms.iter().chain(&last).flat_map(numbers).collect()
     };
     let (ours, theirs) = (all(ours), all(theirs));

@@ -18,7 +18,7 @@ pub(crate) fn texts() -> Vec<(String, String)> {
             (name, text(kind, sets[number], number))
         })
     };
-    Kind::ALL.into_iter().flat_map(of_kind).collect()
+    Kind::FLAM3.into_iter().flat_map(of_kind).collect()
 }
 
 /// A genome of three transforms. The first has the variation and a little of the plain point, the others pull together.

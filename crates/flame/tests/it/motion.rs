@@ -16,7 +16,7 @@ fn numbers(genome: &Genome, xforms: usize) -> Vec<f64> {
     out.extend(genome.tone.background);
     out.extend([genome.tone.brightness, genome.tone.vibrancy, genome.tone.highlight_power]);
     out.extend(genome.palette.iter().flat_map(|palette| palette.entries.as_flattened()));
-    for xform in genome.xforms.iter().take(xforms).chain(&genome.final_xform) {
+    for xform in genome.xforms.iter().take(xforms).chain(&genome.finals) {
         out.extend([xform.weight, xform.color, xform.color_speed, xform.opacity]);
         for affine in [xform.affine, xform.post] {
             out.extend([affine.a, affine.b, affine.c, affine.d, affine.e, affine.f]);
@@ -38,9 +38,9 @@ fn parted(one: &dyn Motion, a: f64, other: &dyn Motion, b: f64, own: &Genome) ->
         if genome.xforms.iter().skip(count).any(|xform| xform.weight.abs() > 1e-6) {
             return Some("a transform that the sheep lacks is chosen at the join".into());
         }
-        if own.final_xform.is_none() {
+        if own.finals.is_empty() {
             // What stands in for a missing final transform moves no point and no colour.
-            genome.final_xform = None;
+            genome.finals.clear();
         }
         *genome = genome.with_symmetry();
     }

@@ -63,16 +63,16 @@ fn any_number_in_any_attribute_of_a_flame_is_refused_or_drawn() {
 
 #[test]
 fn any_number_in_any_part_of_a_transform_is_drawn() {
-    let plain = ["weight", "color", "color_speed", "opacity", "animate", "symmetry"].map(str::to_owned);
+    let plain =
+        ["weight", "color", "color_speed", "opacity", "animate", "symmetry"].map(|name| (name.to_owned(), None));
     let kinds = Kind::ALL.into_iter().flat_map(|kind| {
-        let parameters = kind.parameters().iter().map(move |one| format!("{}_{}", kind.name(), one.name));
-        std::iter::once(kind.name().to_owned()).chain(parameters)
+        let parameters = kind.parameters().iter().map(move |one| (format!("{}_{}", kind.name(), one.name), Some(kind)));
+        std::iter::once((kind.name().to_owned(), None)).chain(parameters)
     });
     let palette = "<color index=\"0\" rgb=\"255 128 0\"/>";
-    for name in plain.into_iter().chain(kinds) {
+    for (name, of) in plain.into_iter().chain(kinds) {
         for number in NUMBERS {
-            let parameter = Kind::parameter_named(&name);
-            let with = parameter.map_or(String::new(), |(kind, _)| format!("{}=\"0.7\"", kind.name()));
+            let with = of.map_or(String::new(), |kind| format!("{}=\"0.7\"", kind.name()));
             let post = if number == "0" { "post=\"0 0 0 0 0 0\"" } else { "" };
             let odd = format!(
                 "<flame><xform weight=\"1\" coefs=\"0 0 0 0 0 0\" julia=\"1\"/>\

@@ -13,7 +13,7 @@ use super::tape::{Recorded, Steps, Tape, float};
 use crate::genome::Affine;
 use crate::number::series;
 use crate::render::RenderError;
-use crate::render::plan::{CompiledXform, Plan};
+use crate::render::plan::{CompiledXform, Passed, Plan, Summand};
 use crate::render::shot::{ENTRIES, Shot};
 use crate::variations::{Compiled, MAX_PARAMETERS};
 
@@ -86,6 +86,9 @@ impl Program {
     pub(super) fn new(shot: &Shot) -> Result<Program, RenderError> {
         let mut forms = Forms::default();
         let mut words = vec![0; 2 * shot.plans.len()];
+        if let Some(what) = shot.plans.iter().find_map(beyond) {
+            return Err(RenderError::NotOnGpu { what });
+        }
         for (moment, (plan, begins)) in shot.plans.iter().zip(&shot.begins).enumerate() {
             words[2 * moment] = *begins as u32;
             words[2 * moment + 1] = words.len() as u32;
@@ -111,7 +114,7 @@ impl Forms {
             words[start + FIRST_MOVE as usize + number] = words.len() as u32;
             self.write_transform(chosen, plan.first_entry(number), false, words);
         }
-        if let Some(lens) = &plan.lens {
+        if let Some(lens) = plan.lenses.first() {
             words[start + LENS as usize] = words.len() as u32;
             self.write_transform(lens, 0, true, words);
         }
@@ -131,10 +134,12 @@ impl Forms {
         words[start + IS_SEEN as usize] = u32::from(xform.brightness != 0.0);
         words[start + OPACITY as usize] = number(xform.opacity);
         words.extend(numbers(&xform.affine));
-        let mut write = |variations: &[Compiled]| {
-            variations.iter().map(|variation| self.write_formula(variation, words)).collect::<Vec<_>>()
+        let before = xform.before.iter().map(|passed| self.write_formula(&passed.variation, words)).collect();
+        let variation = |summand: &Summand| match summand {
+            Summand::Plain(variation) | Summand::Running(Passed { variation, .. }) => *variation,
         };
-        let (before, variations) = (write(&xform.before), write(&xform.variations));
+        let variations =
+            xform.variations.iter().map(|summand| self.write_formula(&variation(summand), words)).collect();
         words.extend(xform.post.iter().flat_map(numbers));
         let form = Form { before, variations, has_post: xform.post.is_some() };
         words[start + PROGRAM as usize] = self.number_of(form, is_lens);
@@ -212,6 +217,25 @@ impl Form {
             writeln!(text, "    sum = affine(at + {at}u, sum.x, sum.y);").expect("a text grows");
         }
         text + "    return sum;\n}\n"
+    }
+}
+
+/// What `plan` asks for that only the processor draws.
+fn beyond(plan: &Plan) -> Option<&'static str> {
+    let xforms = || plan.moves.iter().chain(&plan.lenses);
+    let is_added_twice = |xform: &CompiledXform| xform.before.len() > 1;
+    let replaces = |xform: &CompiledXform| {
+        let runs = xform.variations.iter().any(|summand| matches!(summand, Summand::Running(_)));
+        runs || !xform.after.is_empty() || xform.before.iter().any(|passed| passed.presence.is_some())
+    };
+    if plan.has_z {
+        Some("flames in three dimensions")
+    } else if plan.lenses.len() > 1 {
+        Some("several final transforms")
+    } else if xforms().any(|xform| replaces(xform) || is_added_twice(xform)) {
+        Some("variations before or after the sum")
+    } else {
+        None
     }
 }
 

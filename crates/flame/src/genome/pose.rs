@@ -1,0 +1,72 @@
+//! How the camera stands in space.
+//!
+//! Owns the attributes `cam_*` for reading and writing. What they do to a point is in `render/projection.rs`.
+//!
+//! Start at [`Pose`].
+
+use std::f64::consts::TAU;
+
+use super::Element;
+
+/// How the camera stands in space: by default straight in front of the plane z = 0, where it changes nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// `cam_pitch`: how far the flame is tilted, in radians.
+    pub pitch: f64,
+    /// `cam_yaw`: how far it is turned about its own axis before, in radians.
+    pub yaw: f64,
+    /// `cam_yaw_turns`: how often the yaw goes round in a loop. No other program has it.
+    pub yaw_turns: i32,
+    /// `cam_roll`: how far the picture is turned, in radians.
+    pub roll: f64,
+    /// `cam_persp`, Apophysis' `cam_perspective`: how much larger near things are; 0 is a parallel projection.
+    pub perspective: f64,
+    /// `cam_dof`: how much things blur by their distance from the plane of the camera.
+    pub depth_blur: f64,
+    /// `cam_pos_x`, `cam_pos_y` and `cam_pos_z` with `cam_zpos`: the point that everything is turned about.
+    pub position: [f64; 3],
+}
+
+impl Pose {
+    /// Whether it changes nothing, at any moment of a loop.
+    pub fn is_straight(&self) -> bool {
+        *self == Pose::default()
+    }
+
+    /// By how much the yaw differs `part` of a loop after its start, in radians.
+    pub(crate) fn turned(&self, part: f64) -> f64 {
+        TAU * f64::from(self.yaw_turns) * part
+    }
+
+    /// The number that the attribute `name` says, if it is one of the pose.
+    pub(super) fn number(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
+            "cam_pitch" => &mut self.pitch,
+            "cam_yaw" => &mut self.yaw,
+            "cam_roll" => &mut self.roll,
+            "cam_persp" | "cam_perspective" => &mut self.perspective,
+            "cam_dof" => &mut self.depth_blur,
+            "cam_pos_x" => &mut self.position[0],
+            "cam_pos_y" => &mut self.position[1],
+            _ => return None,
+        })
+    }
+
+    /// Adds the attributes that read back as this pose.
+    pub(super) fn write(&self, element: &mut Element) {
+        let [x, y, z] = self.position;
+        for (name, value) in [
+            ("cam_pitch", self.pitch),
+            ("cam_yaw", self.yaw),
+            ("cam_yaw_turns", f64::from(self.yaw_turns)),
+            ("cam_roll", self.roll),
+            ("cam_persp", self.perspective),
+            ("cam_dof", self.depth_blur),
+            ("cam_pos_x", x),
+            ("cam_pos_y", y),
+            ("cam_zpos", z),
+        ] {
+            element.set_unless_0(name, value);
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! How files spell variations.
+//!
+//! Owns the names of weights and parameters, in every stage: `julian`, `julian_power`, `pre_julian_power`, `julian.2` for
+//! the second of two, `julian_fx_priority`; and the names that other programs give to a variation of flam3. Never reads a
+//! value.
+//!
+//! Start at [`Spelling::of`].
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use super::{Kind, Slot, Stage, Variation};
+
+/// What an attribute of a transform says of a variation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Spelling {
+    /// Of which one.
+    pub(crate) slot: Slot,
+    /// And what.
+    pub(crate) part: Part,
+}
+
+/// What an attribute says of a variation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Weight,
+    /// The parameter of this index.
+    Parameter(usize),
+    /// `_fx_priority`: when JWildfire applies it.
+    Priority,
+    /// `.presence`: [`Variation::presence`].
+    Presence,
+}
+
+const PRIORITY: &str = "_fx_priority";
+const PRESENCE: &str = ".presence";
+
+/// Names of other programs: theirs, and flam3's.
+const ALIASES: [(&str, &str); 6] = [
+    ("bwraps2", "bwraps"),
+    ("bwraps7", "bwraps"),
+    ("oscope", "oscilloscope"),
+    ("pre_gaussian_blur", "pre_blur"),
+    ("supershape", "super_shape"),
+    ("wedgejulia", "wedge_julia"),
+];
+
+/// Variations that ignore their point: Fractorium's `pre_X` and `post_X` of them add.
+const IGNORING: [Kind; 6] = [Kind::Arch, Kind::Blur, Kind::GaussianBlur, Kind::Pie, Kind::Square, Kind::Zblur];
+
+/// What a name stands for in a transform's sum: by the name, and by the name in small letters where no other has that.
+static NAMES: LazyLock<HashMap<String, (Kind, Part)>> = LazyLock::new(|| {
+    let mut exact = HashMap::new();
+    for kind in Kind::ALL {
+        let aliases = ALIASES.iter().filter(|(_, known)| *known == kind.name()).map(|(alias, _)| *alias);
+        for name in std::iter::once(kind.name()).chain(aliases) {
+            exact.insert(name.to_owned(), (kind, Part::Weight));
+            for (index, parameter) in kind.parameters().iter().enumerate() {
+                exact.entry(format!("{name}_{}", parameter.name)).or_insert((kind, Part::Parameter(index)));
+            }
+        }
+    }
+    let mut all = exact.clone();
+    for (name, found) in exact {
+        all.entry(name.to_lowercase()).or_insert(found);
+    }
+    all
+});
+
+impl Spelling {
+    /// What the attribute `name` says, if it is of a variation.
+    pub(crate) fn of(name: &str) -> Option<Spelling> {
+        let (name, number) = without_number(name);
+        if let Some(name) = name.strip_suffix(PRESENCE) {
+            return Spelling::of_part(name, number, Some(Part::Presence));
+        }
+        if let Some(name) = name.strip_suffix(PRIORITY) {
+            return Spelling::of_part(name, number, Some(Part::Priority));
+        }
+        Spelling::of_part(&name, number, None)
+    }
+
+    fn of_part(name: &str, number: u8, part: Option<Part>) -> Option<Spelling> {
+        let (stage, (kind, found)) = match known(name) {
+            Some(found) => (Stage::Sum, found),
+            None => match name.split_once('_')? {
+                ("pre", rest) => (Stage::Before, known(rest)?),
+                ("post", rest) => (Stage::After, known(rest)?),
+                _ => return None,
+            },
+        };
+        if part.is_some() && found != Part::Weight {
+            return None;
+        }
+        let slot = Slot { stage: own_stage(kind, stage), kind, number };
+        Some(Spelling { slot, part: part.unwrap_or(found) })
+    }
+
+    /// The stage of a variation in `slot` whose JWildfire priority is `value`.
+    pub(crate) fn stage_of_priority(slot: Slot, value: f64) -> Option<Stage> {
+        let stage = slot.stage;
+        let is_before = matches!(stage, Stage::Before | Stage::AddedBefore) || slot.kind == Kind::PreBlur;
+        let is_after = matches!(stage, Stage::After | Stage::AddedAfter);
+        match (value as i32, is_before, is_after) {
+            _ if value.fract() != 0.0 => None,
+            (-1, true, _) | (0, false, false) | (1, _, true) => Some(stage),
+            (-1, _, false) => Some(Stage::AddedBefore),
+            (0, true, _) => Some(Stage::Never),
+            (0, _, true) => Some(Stage::Running),
+            (1, false, _) => Some(Stage::AddedAfter),
+            _ => None,
+        }
+    }
+}
+
+impl Variation {
+    /// The attribute of its weight.
+    pub(crate) fn attribute(&self) -> String {
+        self.base(self.number_suffix())
+    }
+
+    /// The attribute of its parameter `name`.
+    pub(crate) fn parameter_attribute(&self, name: &str) -> String {
+        format!("{}_{name}", self.attribute())
+    }
+
+    /// The attributes that are needed besides to say when it is applied, with their values.
+    pub(crate) fn stage_attributes(&self) -> Vec<(String, f64)> {
+        let name = self.attribute();
+        let mut found = Vec::new();
+        let spelled = Spelling::of(&name).map(|spelling| spelling.slot.stage);
+        if spelled != Some(self.stage) {
+            let priority = match self.stage {
+                Stage::Before | Stage::AddedBefore => -1.0,
+                Stage::Sum | Stage::Running | Stage::Never => 0.0,
+                Stage::After | Stage::AddedAfter => 1.0,
+            };
+            found.push((format!("{name}{PRIORITY}"), priority));
+        }
+        if self.presence != 1.0 {
+            found.push((format!("{name}{PRESENCE}"), self.presence));
+        }
+        found
+    }
+
+    fn number_suffix(&self) -> String {
+        if self.number == 0 { String::new() } else { format!(".{}", u32::from(self.number) + 1) }
+    }
+
+    fn base(&self, suffix: String) -> String {
+        let name = self.kind.name();
+        let with = |prefix: &str| format!("{prefix}{name}{suffix}");
+        match self.stage {
+            // Its name has the prefix.
+            _ if self.kind == Kind::PreBlur => with(""),
+            Stage::Before | Stage::Never => with("pre_"),
+            Stage::After | Stage::Running if own_stage(self.kind, Stage::Sum) == Stage::Sum => with("post_"),
+            Stage::AddedBefore | Stage::Sum | Stage::Running | Stage::After | Stage::AddedAfter => with(""),
+        }
+    }
+}
+
+/// The stage of `kind` that is spelled in `stage`.
+fn own_stage(kind: Kind, stage: Stage) -> Stage {
+    match stage {
+        Stage::Sum if kind == Kind::Flatten => Stage::After,
+        Stage::Before if IGNORING.contains(&kind) => Stage::AddedBefore,
+        Stage::After if IGNORING.contains(&kind) => Stage::AddedAfter,
+        _ => stage,
+    }
+}
+
+fn known(name: &str) -> Option<(Kind, Part)> {
+    NAMES.get(name).or_else(|| NAMES.get(&name.to_lowercase())).copied()
+}
+
+/// `name` without the number of an occurrence, which is from 2 on in files: `bubble.2_x` is `bubble_x` of number 1.
+fn without_number(name: &str) -> (String, u8) {
+    let plain = || (name.to_owned(), 0);
+    let Some((base, rest)) = name.split_once('.') else { return plain() };
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    match rest[..end].parse::<u8>() {
+        Ok(number) if number >= 2 => (format!("{base}{}", &rest[end..]), number - 1),
+        Ok(_) | Err(_) => plain(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spelled(name: &str) -> Option<(Kind, Stage, u8, Part)> {
+        Spelling::of(name).map(|Spelling { slot, part }| (slot.kind, slot.stage, slot.number, part))
+    }
+
+    #[test]
+    fn names_of_all_programs_are_understood() {
+        let sum = |kind, part| Some((kind, Stage::Sum, 0, part));
+        assert_eq!(spelled("julian_power"), sum(Kind::Julian, Part::Parameter(0)));
+        assert_eq!(spelled("oscope_damping"), sum(Kind::Oscilloscope, Part::Parameter(3)));
+        assert_eq!(spelled("Mobius_Re_A"), sum(Kind::Mobius, Part::Parameter(0)));
+        assert_eq!(spelled("TwinTrian"), sum(Kind::Twintrian, Part::Weight));
+        assert_eq!(spelled("pre_gaussian_blur"), sum(Kind::PreBlur, Part::Weight));
+        assert_eq!(spelled("pre_blur"), sum(Kind::PreBlur, Part::Weight));
+        assert_eq!(spelled("post_curl_c1"), Some((Kind::Curl, Stage::After, 0, Part::Parameter(0))));
+        assert_eq!(spelled("pre_pie_slices"), Some((Kind::Pie, Stage::AddedBefore, 0, Part::Parameter(0))));
+        assert_eq!(spelled("bubble.3"), Some((Kind::Bubble, Stage::Sum, 2, Part::Weight)));
+        assert_eq!(spelled("julian.2_power"), Some((Kind::Julian, Stage::Sum, 1, Part::Parameter(0))));
+        assert_eq!(spelled("bubble.2_fx_priority"), Some((Kind::Bubble, Stage::Sum, 1, Part::Priority)));
+        assert_eq!(spelled("pre_curl.presence"), Some((Kind::Curl, Stage::Before, 0, Part::Presence)));
+        assert_eq!(spelled("flatten"), Some((Kind::Flatten, Stage::After, 0, Part::Weight)));
+        for unknown in ["waltz", "julian_waltz", "pre_", "julian.1", "julian_power_fx_priority", "pre_post_curl", ""] {
+            assert_eq!(spelled(unknown), None, "{unknown}");
+        }
+    }
+
+    #[test]
+    fn every_variation_is_found_by_what_is_written_of_it() {
+        let stages = [
+            Stage::Before,
+            Stage::AddedBefore,
+            Stage::Sum,
+            Stage::Running,
+            Stage::After,
+            Stage::AddedAfter,
+            Stage::Never,
+        ];
+        // A blur is always added; what has a stage of its own has few others.
+        let exists = |kind, stage: Stage| match kind {
+            Kind::PreBlur => matches!(stage, Stage::Sum | Stage::Never),
+            Kind::Blur if stage == Stage::Never => false,
+            Kind::Flatten => matches!(stage, Stage::After | Stage::Running),
+            _ => !IGNORING.contains(&kind) || !matches!(stage, Stage::Before | Stage::After | Stage::Running),
+        };
+        for (kind, stage, number) in Kind::ALL
+            .into_iter()
+            .flat_map(|kind| stages.map(|stage| [(kind, stage, 0), (kind, stage, 4)]))
+            .flatten()
+            .filter(|(kind, stage, _)| exists(*kind, *stage))
+        {
+            let variation = Variation { stage, number, ..Variation::new(kind, 1.0) };
+            let weight = Spelling::of(&variation.attribute()).unwrap();
+            assert_eq!((weight.slot.kind, weight.slot.number, weight.part), (kind, number, Part::Weight));
+            let priority = variation.stage_attributes().first().map(|(_, value)| *value);
+            let found =
+                priority.map_or(Some(weight.slot.stage), |value| Spelling::stage_of_priority(weight.slot, value));
+            assert!(found == Some(stage), "{kind:?} {stage:?} became {found:?}");
+            for (index, parameter) in kind.parameters().iter().enumerate() {
+                let found = Spelling::of(&variation.parameter_attribute(parameter.name)).unwrap();
+                assert_eq!((found.slot.kind, found.part), (kind, Part::Parameter(index)));
+            }
+        }
+    }
+}
