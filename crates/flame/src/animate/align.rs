@@ -133,7 +133,7 @@ fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bo
                 added.params[CENTRE_OF_LAZYSUSAN..][..2].fill(0.0);
             }
             // What replaces the point comes by its presence, in the partner's own strength.
-            let weight = if slot.stage.replaces() { missing.weight } else { 0.0 };
+            let weight = if slot.comes_by_presence() { missing.weight } else { 0.0 };
             variations.push(Variation { weight, ..added });
         }
     }

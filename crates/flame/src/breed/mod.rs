@@ -207,7 +207,8 @@ mod tests {
             *counts.entry(Mutation::drawn(&flame, &mut rng).name()).or_default() += 1.0;
             *counts.entry(Crossing::drawn(&mut rng).name()).or_default() += 1.0;
         }
-        let mutations = mutation::TABLE.iter().map(|(_, share, operator)| (*share, operator.name));
+        let possible = mutation::TABLE.iter().filter(|(mutation, ..)| mutation.fits(&flame));
+        let mutations = possible.map(|(_, share, operator)| (*share, operator.name));
         let crossings = crossing::TABLE.iter().map(|(_, share, operator)| (*share, operator.name));
         for sum in
             [mutations.clone().map(|(share, _)| share).sum::<u32>(), crossings.clone().map(|(share, _)| share).sum()]

@@ -6,12 +6,12 @@
 
 use species::{Operator, Rng};
 
-use super::chance::{even, happens, pick};
+use super::chance::{even, happens, pick, short};
 use super::limits::{LEAST_XFORMS, MOST_XFORMS, bred, reordered, within_limits};
 use super::palette;
 use super::random::{SYMMETRIES, lens, set_chaos, spread_colours, xform};
 use super::variety::{self, SOFT, drawn};
-use crate::genome::{Affine, Genome, Palette, Xform};
+use crate::genome::{Affine, Genome, Palette, Pose, Xform};
 use crate::variations::Variation;
 
 /// Deviations of what is done to an affine part: radians, logarithm of size, lean in radians, shift.
@@ -26,6 +26,9 @@ const OF_POST: f64 = 0.5;
 const NEW_WEIGHT: f64 = 0.25;
 /// The most variations of a transform that gets another one.
 const MOST_VARIATIONS: usize = 4;
+/// Deviations of what is done to a camera in space, in radians, and of its perspective.
+const TILT: f64 = 0.2;
+const PERSPECTIVE: f64 = 0.05;
 /// The least opacity that a mutation gives.
 const LEAST_OPACITY: f64 = 0.2;
 
@@ -52,11 +55,13 @@ pub enum Mutation {
     Colours,
     /// The final transform, an opacity or chaos.
     Final,
+    /// How the camera stands in space.
+    Camera,
 }
 
 /// Each with how often of 100 chance takes it where all are possible, and what it says of itself. The first alias is the
 /// name of flam3-genome's nearest mutation.
-pub(super) const TABLE: [(Mutation, u32, Operator); 10] = [
+pub(super) const TABLE: [(Mutation, u32, Operator); 11] = [
     (Mutation::Affine, 20, of("affine", &["one_xform"], "turns, scales, leans and shifts one transform")),
     (Mutation::Affines, 20, of("affines", &["all_coefs"], "changes the affine parts of all transforms slightly")),
     (
@@ -70,7 +75,8 @@ pub(super) const TABLE: [(Mutation, u32, Operator); 10] = [
     (Mutation::Symmetry, 8, of("symmetry", &["add_symmetry"], "adds, changes or removes the symmetry")),
     (Mutation::Palette, 7, of("palette", &["color_palette"], "turns the hues, or takes or mixes in another palette")),
     (Mutation::Colours, 5, of("colours", &["colors"], "changes colour coordinates, or how fast they change")),
-    (Mutation::Final, 5, of("final", &["finals"], "changes the final transform, an opacity or the chaos")),
+    (Mutation::Final, 5, of("final", &["final_xform"], "changes the final transform, an opacity or the chaos")),
+    (Mutation::Camera, 10, of("camera", &[], "tilts and turns a camera that stands in space")),
 ];
 
 const fn of(name: &'static str, aliases: &'static [&'static str], does: &'static str) -> Operator {
@@ -102,10 +108,12 @@ impl Mutation {
         TABLE[rng.weighted(&shares).unwrap_or(0)].0
     }
 
-    fn fits(self, genome: &Genome) -> bool {
+    /// Whether it can be done to `genome`.
+    pub(super) fn fits(self, genome: &Genome) -> bool {
         match self {
             Mutation::Add => genome.xforms.len() < MOST_XFORMS,
             Mutation::Delete => genome.xforms.len() > LEAST_XFORMS,
+            Mutation::Camera => !genome.camera.pose.is_straight(),
             Mutation::Affine
             | Mutation::Affines
             | Mutation::Variations
@@ -138,6 +146,7 @@ impl Mutation {
             }
             Mutation::Colours => change_colours(&mut genome.xforms, strength, rng),
             Mutation::Final => change_final(genome, one, rng),
+            Mutation::Camera => change_pose(&mut genome.camera.pose, strength, rng),
         }
     }
 }
@@ -256,6 +265,16 @@ fn change_colours(xforms: &mut [Xform], strength: f64, rng: &mut Rng) {
             }
         }
         _ => xforms.iter_mut().for_each(|xform| xform.color_speed = even(rng, 0.2, 0.8)),
+    }
+}
+
+/// A camera that is tilted and turned by chance.
+fn change_pose(pose: &mut Pose, strength: f64, rng: &mut Rng) {
+    for angle in [&mut pose.pitch, &mut pose.yaw] {
+        *angle = short(*angle + TILT * strength * rng.normal());
+    }
+    if pose.perspective != 0.0 {
+        pose.perspective = short(pose.perspective + PERSPECTIVE * strength * rng.normal());
     }
 }
 

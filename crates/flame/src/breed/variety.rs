@@ -162,6 +162,12 @@ pub(super) fn changed(variation: &Variation, strength: f64, rng: &mut Rng) -> Va
     for (value, range) in changed.params.iter_mut().zip(ranges(variation.kind)) {
         *value = range.moved(*value, strength, rng);
     }
+    if ranges(variation.kind).is_empty() {
+        // Of other programs' parameters nothing is known but that those that are whole are often numbers of things.
+        for value in changed.params.iter_mut().filter(|value| value.fract() != 0.0) {
+            *value = Range::Even(-1.0, 1.0).moved(*value, strength, rng);
+        }
+    }
     changed.weight *= 1.0 + STRIDE * (strength * rng.normal()).clamp(-3.0, 3.0);
     changed
 }

@@ -146,6 +146,9 @@ fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng)
     for summand in &xform.variations {
         sum = match summand {
             Summand::Plain(variation) => added(sum, part(variation, point, has_z, rng)),
+            Summand::Part { variation, presence } => {
+                added(sum, part(variation, point, has_z, rng).map(|axis| axis * presence))
+            }
             Summand::Running(passed) => passed_on(passed, sum, has_z, rng),
         };
     }

@@ -73,6 +73,8 @@ pub(crate) struct Passed {
 pub(crate) enum Summand {
     /// Of the point.
     Plain(Compiled),
+    /// A part of one of the point.
+    Part { variation: Compiled, presence: f64 },
     /// Of the sum so far, which it replaces.
     Running(Passed),
 }
@@ -149,7 +151,8 @@ impl CompiledXform {
                 Stage::Before | Stage::AddedBefore => before.push(passed),
                 // flam3's own.
                 Stage::Sum if variation.kind == Kind::PreBlur => before.push(passed),
-                Stage::Sum => variations.push(Summand::Plain(compiled)),
+                Stage::Sum if variation.presence == 1.0 => variations.push(Summand::Plain(compiled)),
+                Stage::Sum => variations.push(Summand::Part { variation: compiled, presence: variation.presence }),
                 Stage::Running => variations.push(Summand::Running(passed)),
                 Stage::After | Stage::AddedAfter => after.push(passed),
                 Stage::Never => {}

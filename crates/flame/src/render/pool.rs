@@ -243,6 +243,7 @@ impl<S: Simd> Pool<S> {
         for summand in &chosen.variations {
             match summand {
                 Summand::Plain(variation) => self.vary::<HAS_Z>(variation, group),
+                Summand::Part { variation, presence } => self.vary_in_part::<HAS_Z>(variation, *presence, group),
                 Summand::Running(passed) => self.pass_sum::<HAS_Z>(passed, group),
             }
         }
@@ -275,6 +276,21 @@ impl<S: Simd> Pool<S> {
     fn clear<const HAS_Z: bool>(&mut self, group: Group) {
         for sums in &mut self.sums[..axes::<HAS_Z>()] {
             sums[group.vectors()].fill([0.0; LANES]);
+        }
+    }
+
+    /// Adds a part of what a variation gives.
+    #[inline(always)]
+    fn vary_in_part<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
+        std::mem::swap(&mut self.held, &mut self.sums);
+        self.clear::<HAS_Z>(group);
+        self.vary::<HAS_Z>(variation, group);
+        for axis in 0..axes::<HAS_Z>() {
+            for vector in group.vectors() {
+                let before = Lanes(f32x16::load_array_ref(self.simd, &self.held[axis][vector]));
+                let part = Lanes(f32x16::load_array_ref(self.simd, &self.sums[axis][vector]));
+                part.mul_add(part.like(presence), before).0.store_array(&mut self.sums[axis][vector]);
+            }
         }
     }
 

@@ -42,8 +42,8 @@ pub struct Variation {
     pub stage: Stage,
     /// Which of several of its kind and stage it is, from 0.
     pub number: u8,
-    /// How far a variation that replaces the point has replaced it, `0.0..=1.0`: in a transition it grows from 0. 1
-    /// elsewhere.
+    /// How far it has come, `0.0..=1.0`, where its weight does not say that: in a transition, what replaces the point grows
+    /// by it from 0. 1 elsewhere.
     pub presence: f64,
 }
 

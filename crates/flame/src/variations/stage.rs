@@ -45,10 +45,18 @@ impl Stage {
     }
 }
 
+/// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part without it.
+const WEIGHTLESS: [Kind; 0] = [];
+
 impl Slot {
+    /// Whether a variation here comes from nothing by its presence; else by its weight.
+    pub(crate) fn comes_by_presence(self) -> bool {
+        self.stage.replaces() || WEIGHTLESS.contains(&self.kind)
+    }
+
     /// A variation in this place that changes nothing.
     pub fn absent(self) -> Variation {
-        let presence = if self.stage.replaces() { 0.0 } else { 1.0 };
+        let presence = if self.comes_by_presence() { 0.0 } else { 1.0 };
         Variation { stage: self.stage, number: self.number, presence, ..Variation::new(self.kind, 0.0) }
     }
 }

@@ -18,4 +18,5 @@ mod mixed;
 mod motion;
 mod odd;
 mod pictures;
+mod stages;
 mod xml;

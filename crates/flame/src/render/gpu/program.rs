@@ -136,7 +136,9 @@ impl Forms {
         words.extend(numbers(&xform.affine));
         let before = xform.before.iter().map(|passed| self.write_formula(&passed.variation, words)).collect();
         let variation = |summand: &Summand| match summand {
-            Summand::Plain(variation) | Summand::Running(Passed { variation, .. }) => *variation,
+            Summand::Plain(variation)
+            | Summand::Part { variation, .. }
+            | Summand::Running(Passed { variation, .. }) => *variation,
         };
         let variations =
             xform.variations.iter().map(|summand| self.write_formula(&variation(summand), words)).collect();
@@ -225,7 +227,7 @@ fn beyond(plan: &Plan) -> Option<&'static str> {
     let xforms = || plan.moves.iter().chain(&plan.lenses);
     let is_added_twice = |xform: &CompiledXform| xform.before.len() > 1;
     let replaces = |xform: &CompiledXform| {
-        let runs = xform.variations.iter().any(|summand| matches!(summand, Summand::Running(_)));
+        let runs = xform.variations.iter().any(|summand| !matches!(summand, Summand::Plain(_)));
         runs || !xform.after.is_empty() || xform.before.iter().any(|passed| passed.presence.is_some())
     };
     if plan.has_z {

@@ -1,0 +1,152 @@
+//! Variations before and after the sum, several of a kind, several final transforms, and flames in space.
+//!
+//! Owns claims by pairs of genomes that are the same flame, said in two ways: files of other programs in one of them.
+
+use flame::{Arithmetic, Filter, Genome, Image, Loop, Motion, Renderer, Settings, Transition};
+
+const SETTINGS: Settings = Settings {
+    size: Some([64, 48]),
+    spp: Some(2000.0),
+    psnr: None,
+    supersample: Some(1),
+    temporal_samples: Some(1),
+    filter: Filter::None,
+    seed: 5,
+    arithmetic: Arithmetic::Fastest,
+};
+
+/// A flame whose second transform has these attributes; `more` is on the flame, and `last` follows the transforms.
+fn flame(attributes: &str, more: &str, last: &str) -> Genome {
+    let text = format!(
+        "<flame size=\"64 48\" scale=\"12\" brightness=\"8\" {more}>\
+         <xform weight=\"1\" color=\"0\" coefs=\"0.6 0.3 -0.4 0.5 0.5 0.2\" linear=\"1\"/>\
+         <xform weight=\"1\" color=\"1\" coefs=\"0.7 -0.2 0.3 0.6 -0.4 0.3\" {attributes}/>{last}\
+         <color index=\"0\" rgb=\"250 90 40\"/><color index=\"200\" rgb=\"60 80 240\"/></flame>"
+    );
+    Genome::parse(&text).unwrap()
+}
+
+fn drawn(motion: &dyn Motion, frame: f64, arithmetic: Arithmetic) -> Image {
+    Renderer::new(2).unwrap().render(motion, frame, &Settings { arithmetic, ..SETTINGS }).unwrap()
+}
+
+fn picture(genome: &Genome) -> Image {
+    drawn(genome, 0.0, Arithmetic::Fastest)
+}
+
+fn psnr(a: &Image, b: &Image) -> f64 {
+    let pairs = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
+    let error: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    -10.0 * (error / (3 * a.pixels.len()) as f64).log10()
+}
+
+#[test]
+fn one_flame_said_in_two_ways_is_one_picture() {
+    let identity = "<finalxform coefs=\"1 0 0 1 0 0\" color_speed=\"0\" linear=\"1\"/>";
+    let bent = "<finalxform coefs=\"1 0 0 1 0 0\" color_speed=\"0\" curl=\"1\" curl_c1=\"0.4\"/>";
+    let curl = "curl_c1=\"0.4\" curl_c2=\"0.2\"";
+    let post_curl = "post_curl=\"1\" post_curl_c1=\"0.4\" post_curl_c2=\"0.2\"";
+    for (name, one, other) in [
+        ("post", flame(&format!("linear=\"1\" {post_curl}"), "", ""), flame(&format!("curl=\"1\" {curl}"), "", "")),
+        (
+            "pre",
+            flame(&format!("linear=\"1\" {}", post_curl.replace("post_", "pre_")), "", ""),
+            flame(&format!("curl=\"1\" {curl}"), "", ""),
+        ),
+        (
+            "a post that runs in the sum",
+            flame(&format!("linear=\"1\" {post_curl} post_curl_fx_priority=\"0\""), "", ""),
+            flame(&format!("curl=\"1\" {curl}"), "", ""),
+        ),
+        (
+            "a blur before the sum",
+            flame("linear=\"1\" gaussian_blur=\"0.3\" gaussian_blur_fx_priority=\"-1\"", "", ""),
+            flame("linear=\"1\" pre_blur=\"0.3\"", "", ""),
+        ),
+        ("Fractorium's name", flame("linear=\"1\" pre_gaussian_blur=\"0.3\"", "", ""), {
+            flame("linear=\"1\" pre_blur=\"0.3\"", "", "")
+        }),
+        (
+            "a pre of priority 0",
+            flame("linear=\"1\" pre_blur=\"0.3\" pre_blur_fx_priority=\"0\"", "", ""),
+            flame("linear=\"1\"", "", ""),
+        ),
+        ("two final transforms", flame("linear=\"1\"", "", &format!("{identity}{bent}")), {
+            flame("linear=\"1\"", "", bent)
+        }),
+        ("a flat flame in space", flame("linear3D=\"1\"", "", ""), flame("linear=\"1\"", "", "")),
+        ("z alone", flame("linear=\"1\" ztranslate=\"0.4\" zcone=\"0.3\" flatten=\"1\"", "", ""), {
+            flame("linear=\"1\"", "", "")
+        }),
+        ("Mobius", flame("Mobius=\"1\" Mobius_Re_A=\"1\" Mobius_Re_D=\"2\"", "", ""), {
+            flame("mobius=\"1\" mobius_re_a=\"1\" mobius_re_d=\"2\"", "", "")
+        }),
+    ] {
+        // A blur of another name draws its random numbers in another order: the noise is another one.
+        let least = if name == "a blur before the sum" { 30.0 } else { 100.0 };
+        let found = psnr(&picture(&one), &picture(&other));
+        assert!(found > least, "{name}: {found}");
+        let again = Genome::parse(&one.to_xml()).unwrap();
+        assert_eq!(again, one, "{name}, written and read");
+    }
+    let added = flame("linear=\"1\" spherical=\"0.2\" spherical_fx_priority=\"1\"", "", "");
+    let plain = flame("linear=\"1\" spherical=\"0.2\"", "", "");
+    assert!(psnr(&picture(&added), &picture(&plain)) < 30.0, "what is added after the sum sees the sum");
+}
+
+#[test]
+fn two_of_a_kind_both_count() {
+    let twice = flame("linear=\"0.6\" bubble=\"0.2\" bubble.2=\"0.3\"", "", "");
+    let once = flame("linear=\"0.6\" bubble=\"0.5\"", "", "");
+    assert_eq!(twice.xforms[1].variations.len(), 3);
+    assert!(psnr(&picture(&twice), &picture(&once)) > 35.0);
+}
+
+#[test]
+fn a_tilted_plane_is_lower_and_a_camera_goes_round() {
+    let straight = |more: &str| picture(&flame("linear=\"1\"", more, ""));
+    let squeeze = |factor: f64| format!("<finalxform coefs=\"1 0 0 {factor} 0 0\" color_speed=\"0\" linear=\"1\"/>");
+    let lower = picture(&flame("linear=\"1\"", "", &squeeze(0.5)));
+    let tilt = std::f64::consts::FRAC_PI_3;
+    assert!(psnr(&straight(&format!("cam_pitch=\"{tilt}\"")), &lower) > 35.0);
+    let yaw = format!("cam_yaw=\"{}\"", 0.5_f64);
+    let turned = format!("rotate=\"{}\"", -(0.5_f64.to_degrees()));
+    assert!(psnr(&straight(&yaw), &straight(&turned)) > 35.0);
+    let round = Loop::new(&flame("linear3D=\"1\" zcone=\"0.4\"", "cam_pitch=\"1\" cam_yaw_turns=\"1\"", ""), 40.0);
+    let still = Loop::new(&flame("linear3D=\"1\" zcone=\"0.4\"", "cam_pitch=\"1\"", ""), 40.0);
+    assert_eq!(drawn(&round, 0.0, Arithmetic::Fastest), drawn(&round, 40.0, Arithmetic::Fastest));
+    let apart =
+        |frame: f64| psnr(&drawn(&round, frame, Arithmetic::Fastest), &drawn(&still, frame, Arithmetic::Fastest));
+    assert!(apart(0.0) > 100.0 && apart(10.0) < 30.0);
+}
+
+#[test]
+fn many_orbits_in_space_are_where_one_is() {
+    let solid = flame(
+        "linear3D=\"0.7\" bubble=\"0.4\" zblur=\"0.1\" post_zscale=\"0.5\"",
+        "cam_pitch=\"0.7\" cam_yaw=\"0.4\" cam_persp=\"0.3\" cam_dof=\"0.5\" cam_roll=\"0.2\" cam_zpos=\"0.1\"",
+        "<finalxform coefs=\"1 0 0 1 0.1 0\" color_speed=\"0.3\" linear3D=\"1\" opacity=\"0.8\"/>",
+    );
+    let many = drawn(&solid, 0.0, Arithmetic::Fastest);
+    assert!(psnr(&many, &drawn(&solid, 0.0, Arithmetic::Reference)) > 35.0);
+    assert_eq!(many, drawn(&solid, 0.0, Arithmetic::Portable));
+}
+
+#[test]
+fn what_replaces_the_point_comes_from_nothing() {
+    let plain = Loop::new(&flame("linear=\"0.9\"", "", ""), 1800.0);
+    for with in [
+        "linear=\"0.9\" pre_spherical=\"1\"",
+        "linear=\"0.9\" post_spherical=\"0.6\"",
+        "linear=\"0.9\" post_spherical=\"0.6\" post_spherical_fx_priority=\"0\"",
+        "linear=\"0.9\" spherical=\"0.6\" spherical_fx_priority=\"1\"",
+        "linear=\"0.9\" flatten=\"1\"",
+    ] {
+        let changed = Loop::new(&flame(with, "cam_pitch=\"0.3\"", ""), 1800.0);
+        for (from, to, frame, end) in [(&plain, &changed, 0.01, &plain), (&plain, &changed, 899.99, &changed)] {
+            let near = drawn(&Transition::new(from, to, 900.0), frame, Arithmetic::Fastest);
+            let off = psnr(&near, &drawn(end, if frame < 1.0 { frame } else { -0.01 }, Arithmetic::Fastest));
+            assert!(off > 35.0, "{with}, {frame}: {off}");
+        }
+    }
+}
