@@ -15,6 +15,7 @@ pub(crate) mod palette;
 mod palette_xml;
 mod parse;
 mod pose;
+mod program;
 mod size;
 mod symmetry;
 mod wave;
@@ -26,6 +27,7 @@ pub use library::{Library, PaletteBlend};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use pose::Pose;
+pub use program::Program;
 pub use wave::Wave;
 
 pub use crate::affine::Affine;
