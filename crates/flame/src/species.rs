@@ -68,7 +68,8 @@ impl Flame {
 /// `genome` in pictures of `size`, without what changes none.
 fn drawn_of(genome: &Genome, size: [u32; 2]) -> Genome {
     let camera = genome.camera.resized(size);
-    Genome { camera, name: None, extra: Vec::new(), children: Vec::new(), ..genome.clone() }
+    let (extra, children) = genome.drawn_parts();
+    Genome { camera, name: None, extra, children, ..genome.clone() }
 }
 
 impl species::Species for Flames {

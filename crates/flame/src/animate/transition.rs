@@ -170,6 +170,9 @@ pub(super) fn between(from: &Genome, to: &Genome, part: f64) -> Genome {
         hue_path_rgb: mix(from.hue_path_rgb, to.hue_path_rgb, part),
         interpolation: nearer.interpolation,
         space: nearer.space,
+        // As in `mixed`.
+        extra: from.extra.iter().chain(&to.extra).cloned().collect(),
+        children: from.children.iter().chain(&to.children).cloned().collect(),
         ..Genome::default()
     }
 }

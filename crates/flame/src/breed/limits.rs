@@ -21,7 +21,8 @@ const LEAST_WEIGHT: f64 = 0.02;
 /// A parent as breeding takes it: symmetries that are written out as transforms are said as such, and it has as many
 /// transforms as a child may have. What only says who made it and how it is called is gone.
 pub(super) fn bred(parent: &Genome, rng: &mut Rng) -> Genome {
-    let mut genome = parent.with_symmetry_said();
+    // A child is bred from what is drawn: it has nothing that anybody had to leave out.
+    let mut genome = parent.with_symmetry_said().without_left_out();
     // The colours are there; a number would ask a library for others.
     (genome.name, genome.time) = (None, 0.0);
     (genome.palette_number, genome.palette_blend, genome.hue) = (None, None, 0.0);

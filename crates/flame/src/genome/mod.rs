@@ -5,6 +5,7 @@
 //!
 //! Start at [`Genome::parse_all`] and [`Genome::to_xml`].
 
+mod attributes;
 mod choices;
 mod error;
 mod library;
@@ -18,6 +19,7 @@ mod pose;
 mod program;
 mod size;
 mod symmetry;
+mod unsupported;
 mod wave;
 mod write;
 
@@ -28,6 +30,7 @@ pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use pose::Pose;
 pub use program::Program;
+pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
 pub use wave::Wave;
 
 pub use crate::affine::Affine;
@@ -71,7 +74,8 @@ pub struct Genome {
     pub finals: Vec<Xform>,
     /// `<symmetry kind>` elements: each adds rotations, and a reflection where it is negative.
     pub symmetries: Vec<i32>,
-    /// Attributes of `<flame>` that are kept as they are, in file order.
+    /// Attributes of `<flame>` that are kept as they are, in file order; [`Genome::unsupported`] names those that change the
+    /// picture.
     pub extra: Vec<(String, String)>,
     /// Child elements that are kept as they are, in file order: `edit`, `sheep` and others.
     pub children: Vec<Element>,
@@ -163,8 +167,8 @@ pub struct Xform {
     pub post: Affine,
     /// The variations, no two of one [`Slot`](crate::variations::Slot).
     pub variations: Vec<Variation>,
-    /// Attributes that are kept as they are. If one is neither 0 nor a name, the flame is not rendered: it is a
-    /// variation or a feature that this crate lacks.
+    /// Attributes that are kept as they are. If one changes the picture, the flame is not rendered: it is a variation or
+    /// a feature that this crate lacks, and [`Genome::unsupported`] names it.
     pub extra: Vec<(String, String)>,
     /// `<motion>` elements: what waves add to it in the course of a loop.
     pub motions: Vec<Wave>,

@@ -52,13 +52,13 @@ impl Genome {
     }
 
     /// The genome without what differs between two copies of it in files of Electric Sheep: the time in the file, and who
-    /// made it when.
+    /// made it when; and without the mark of one that is drawn as far as possible.
     #[must_use]
     pub fn anonymous(&self) -> Genome {
         let mut genome = Genome { name: None, time: 0.0, ..self.clone() };
         genome.children.retain(|child| child.tag != "edit" && child.tag != "sheep");
         genome.extra.retain(|(name, _)| !is_of_origin(name));
-        genome
+        genome.unmarked()
     }
 }
 

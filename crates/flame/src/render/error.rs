@@ -4,6 +4,8 @@
 //!
 //! Start at [`RenderError`].
 
+use crate::genome::Reasons;
+
 /// Why a genome is not rendered. Nothing was drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
@@ -70,14 +72,10 @@ pub enum RenderError {
         /// The system error.
         reason: String,
     },
-    /// The genome uses something that this crate lacks, most often a variation beyond V48.
-    #[error("{place} uses `{name}` (`{value}`), which this renderer does not support")]
-    Unknown {
-        /// Which transform.
-        place: String,
-        /// The attribute or element.
-        name: String,
-        /// Its value.
-        value: String,
+    /// The genome asks for what is not drawn: most often an unknown variation.
+    #[error("this renderer does not draw {reasons}")]
+    Unsupported {
+        /// All of it.
+        reasons: Reasons,
     },
 }

@@ -206,22 +206,8 @@ fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
     in_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
     in_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
-    let finals = genome.finals.iter().map(|xform| ("the final transform".to_owned(), xform));
-    let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));
-    for (place, xform) in numbered.chain(finals) {
-        if let Some((name, value)) = xform.extra.iter().find(|(name, value)| affects_picture(name, value)) {
-            return Err(RenderError::Unknown { place, name: name.clone(), value: value.clone() });
-        }
-        if let Some(child) = xform.children.first() {
-            return Err(RenderError::Unknown { place, name: child.tag.clone(), value: child.text.clone() });
-        }
-    }
-    Ok(())
-}
-
-/// Whether an unknown attribute of a transform changes the picture.
-fn affects_picture(name: &str, value: &str) -> bool {
-    name != "name" && !value.trim().parse::<f64>().is_ok_and(|number| number == 0.0)
+    let reasons = genome.unsupported_at_once().refused;
+    if reasons.is_empty() { Ok(()) } else { Err(RenderError::Unsupported { reasons }) }
 }
 
 #[cfg(test)]
@@ -242,6 +228,6 @@ mod tests {
         let mut genome = Genome::parse(text).unwrap();
         genome.palette = Some(Palette::from_fn(|_| [255.0; 4]));
         let refused = Plan::new(&genome, &View::new(&genome).unwrap()).unwrap_err();
-        assert_eq!(refused.to_string(), "transform 0 uses `waltz` (`0.5`), which this renderer does not support");
+        assert_eq!(refused.to_string(), "this renderer does not draw the variation `waltz` (`0.5`, transform 0)");
     }
 }

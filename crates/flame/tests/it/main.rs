@@ -19,4 +19,5 @@ mod motion;
 mod odd;
 mod pictures;
 mod stages;
+mod unsupported;
 mod xml;

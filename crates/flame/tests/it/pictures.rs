@@ -311,5 +311,5 @@ fn what_cannot_be_drawn_is_refused_by_name() {
     assert_eq!(refused(|genome| genome.xforms.clear()), "the genome has no transform with a weight above 0, among 0");
     assert_eq!(refused(|genome| genome.camera.scale = 0.0), "`scale` is 0, expected a finite number above 0");
     let unknown = refused(|genome| genome.xforms[1].extra.push(("waltz".into(), "0.7".into())));
-    assert_eq!(unknown, "transform 1 uses `waltz` (`0.7`), which this renderer does not support");
+    assert_eq!(unknown, "this renderer does not draw the variation `waltz` (`0.7`, transform 1)");
 }

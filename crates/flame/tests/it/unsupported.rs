@@ -1,0 +1,89 @@
+//! What is not drawn is named, and what is neutral changes no bit.
+//!
+//! Owns the claims on pictures of genomes of other programs. Which attributes are neutral is tested beside their tables.
+
+use flame::{Backend, Filter, Flame, Flames, Genome, Image, RenderError, Renderer, Rng, Settings};
+use species::{Breed, Genome as _};
+
+const SMALL: Settings = Settings {
+    size: Some([48, 32]),
+    spp: Some(10.0),
+    psnr: None,
+    supersample: Some(1),
+    temporal_samples: Some(1),
+    filter: Filter::Variance,
+    seed: 1,
+    arithmetic: flame::Arithmetic::Fastest,
+};
+
+/// A flame with these attributes of its own and these of its first transform.
+fn flame(own: &str, of_first: &str) -> Genome {
+    let text = format!(
+        "<flame size=\"48 32\" scale=\"16\" {own}><xform weight=\"1\" color=\"0\" linear=\"0.6\" coefs=\"0.6 0.2 -0.2 0.6 0.5 0\" \
+         {of_first}/><xform weight=\"1\" color=\"1\" spherical=\"0.5\" coefs=\"0.5 0 0 0.5 -0.5 0.2\"/>\
+         <color index=\"0\" rgb=\"255 128 64\"/><color index=\"255\" rgb=\"16 128 255\"/></flame>"
+    );
+    Genome::parse(&text).unwrap()
+}
+
+fn drawn(genome: &Genome) -> Result<Image, RenderError> {
+    Renderer::new(1).unwrap().render(genome, 0.0, &SMALL)
+}
+
+#[test]
+fn neutral_attributes_of_other_programs_change_no_bit() {
+    let of_flame = "version=\"JWildfire V7\" cam_zoom=\"1.0\" cam_pitch=\"0.0\" white_level=\"220.0\" contrast=\"1.0\" \
+                    background_ul=\"0.0 0.0 0.0\" post_symmetry_type=\"NONE\" post_symmetry_order=\"3\" \
+                    curves=\"0 0 1 0 0 1 1 1 1 1 1 1\" grad_edit_hue_curve_x1=\"23\"";
+    let of_xform = "var_color=\"1\" linear_fx_priority=\"0\" color_type=\"DIFFUSION\" material=\"0.0\" \
+                    weightCurve_enabled=\"false\" weightCurve_x1=\"9\" yzCoefs=\"1 0 0 1 0 0\" \
+                    mirror_pre_post_translations=\"0\" wfield_type=\"NONE\" wfield_input=\"AFFINE\" waltz=\"0\" waltz_beat=\"3\"";
+    assert_eq!(drawn(&flame(of_flame, of_xform)).unwrap(), drawn(&flame("", "")).unwrap());
+}
+
+#[test]
+fn what_changes_a_picture_is_refused_in_loops_and_in_transitions() {
+    let plain = Flame::new(flame("nick=\"ann\"", ""), Backend::default());
+    let settings = species::Settings {
+        size: [48, 32],
+        spp: Some(10.0),
+        psnr: None,
+        supersample: Some(1),
+        temporal_samples: Some(1),
+        smooths: true,
+        seed: 1,
+    };
+    for (own, of_first, name) in [
+        ("cam_zoom=\"2.0\"", "", "the camera's `cam_zoom` (`2.0`, the flame)"),
+        ("", "waltz=\"0.5\"", "the variation `waltz` (`0.5`, transform 0)"),
+    ] {
+        let odd = Flame::new(flame(own, of_first), Backend::default());
+        let turning = odd.turning([48, 32], 30.0);
+        let to = plain.transition(&odd, [48, 32], [30.0, 30.0], 12.0).unwrap();
+        let from = odd.transition(&plain, [48, 32], [30.0, 30.0], 12.0).unwrap();
+        for (what, motion) in [("a loop", turning), ("a transition to it", to), ("one from it", from)] {
+            let refused = motion.demand(6.0, &settings).unwrap_err().to_string();
+            assert_eq!(refused, format!("this renderer does not draw {name}"), "{what}");
+        }
+    }
+    assert!(plain.turning([48, 32], 30.0).demand(6.0, &settings).is_ok());
+}
+
+#[test]
+fn a_marked_genome_draws_and_breeds_without_unknown_variations() {
+    let plain = flame("", "");
+    let odd = flame("", "waltz=\"0.5\" waltz_beat=\"3\"");
+    assert!(matches!(drawn(&odd), Err(RenderError::Unsupported { .. })));
+    let marked = Genome::parse(&odd.as_far_as_possible().to_xml()).unwrap();
+    assert_eq!(drawn(&marked).unwrap(), drawn(&plain).unwrap());
+    let other = flame("", "polka=\"1\"").as_far_as_possible();
+    let mut rng = Rng::stream(3, 4);
+    for (child, _) in (0..20).map(|_| marked.crossed(&other, &mut rng)) {
+        let text = child.to_xml();
+        assert!(["drawn_without", "waltz", "polka"].iter().all(|word| !text.contains(word)), "{text}");
+    }
+    let flames = Flames { backend: Backend::default(), coloured: Ok };
+    let parent = Flame::new(marked, Backend::default());
+    let (child, _) = flames.mutate(&parent, 0.5, &mut rng).expect("a child that may be shown");
+    assert!(!child.text().contains("drawn_without"), "{}", child.text());
+}
