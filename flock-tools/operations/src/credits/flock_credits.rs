@@ -7,7 +7,6 @@
 //! Start at [`FlockCredits::of`].
 
 use std::collections::{HashMap, HashSet};
-use std::fs;
 use std::path::Path;
 
 use ::species::Lineage;
@@ -194,7 +193,7 @@ impl Credit {
 /// What the genome at `path` says of its origin; `None` if it cannot be read.
 fn lineage(folder: &Path, path: &ClipPath) -> Option<Lineage> {
     let path = path.inside(folder);
-    species::lineage(&path, &fs::read_to_string(&path).ok()?)
+    species::lineage(&path, &species::text(&path).ok()?)
 }
 
 /// Those of `texts` whose `part` none before them has.

@@ -1,16 +1,15 @@
 //! The species.
 //!
 //! Owns the one list of them: a new species is a line here. What is in a file, its first bytes tell, and its ending where they
-//! do not. `palettes.rs` finds the colours that flames only name.
+//! do not. `text.rs` makes text of their bytes, `palettes.rs` finds the colours that flames only name.
 //!
 //! Start at [`read`].
 
 pub mod palettes;
+mod text;
 
 use std::error::Error;
 use std::ffi::OsStr;
-use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use agents::Agents;
@@ -21,6 +20,7 @@ use species::{Breed, Genome, Lineage, Refusal, Species};
 
 use crate::program::Exit;
 use palettes::{PaletteError, coloured};
+pub use text::{TextError, text};
 
 /// All species, which can be rendered and bred. `backend` draws the samples of those that have noise.
 pub fn all(backend: &Backend) -> [Box<dyn Breed>; 4] {
@@ -45,14 +45,6 @@ pub struct Refused {
 /// The genome in the file at `path`.
 pub fn read(path: &Path, backend: &Backend) -> Result<Box<dyn Genome>, Refused> {
     parse(path, &text(path)?, backend)
-}
-
-/// The text of the file at `path`.
-pub fn text(path: &Path) -> Result<String, Refused> {
-    fs::read_to_string(path).map_err(|source| {
-        let exit = if source.kind() == ErrorKind::InvalidData { Exit::Malformed } else { Exit::Unreadable };
-        Refused { exit, source: source.into(), hint: None }
-    })
 }
 
 /// The genome in `text`, which is that of the file at `path`.

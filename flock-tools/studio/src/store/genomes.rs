@@ -51,7 +51,7 @@ impl Genomes {
 }
 
 fn read(path: &Path) -> GenomeFacts {
-    let Ok(text) = fs::read_to_string(path) else { return GenomeFacts::default() };
+    let Ok(text) = species::text(path) else { return GenomeFacts::default() };
     GenomeFacts { species: Some(species::ending(path, &text)), lineage: species::lineage(path, &text) }
 }
 

@@ -78,7 +78,7 @@ impl Surroundings for Around {
         let (from, to) = (self.0.genome(&sheep.id)?, genome.inside(&self.0.folder));
         let text = species::text(&from).map_err(|why| format!("cannot read `{}`: {}", from.display(), why.source))?;
         if to.exists() {
-            let same = fs::read_to_string(&to).is_ok_and(|there| there == text);
+            let same = species::text(&to).is_ok_and(|there| there == text);
             return if same { Ok(()) } else { Err(format!("`{genome}` is another file already")) };
         }
         let parent = to.parent().unwrap_or(Path::new("."));
