@@ -9,10 +9,12 @@
 use crate::code;
 use crate::length;
 use crate::nal;
+use crate::orientation::Orientation;
 use crate::pixels::{self, Layout, Levels, Matrix, MatrixRule};
 use crate::raw::{self, Demuxer};
 use crate::yuv::Yuv420p;
 use ffmpeg_next as ffmpeg;
+use ffmpeg_next::codec::packet::side_data::Type;
 use ffmpeg_next::color::TransferCharacteristic;
 use ffmpeg_next::format::context::Input;
 use ffmpeg_next::{Dictionary, Packet, Rational, codec, decoder, format, frame, media};
@@ -44,10 +46,12 @@ const MAX_SIDE: u32 = 16_384;
 pub struct VideoInfo {
     /// The codec's short name: `mpeg4`.
     pub codec: String,
-    /// Width and height in pixels as they are stored.
+    /// Width and height in pixels as they are seen.
     pub size: (u32, u32),
-    /// Width and height of a pixel, relative to each other; `(1, 1)` where the file does not say.
+    /// Width and height of a pixel as it is seen, relative to each other; `(1, 1)` where the file does not say.
     pub pixel: (u32, u32),
+    /// How the container has its pictures turned and mirrored.
+    pub orientation: Orientation,
     /// Frames per second on average; `None` where the file does not say.
     pub fps: Option<Rate>,
     /// Number of frames by its header, without those that an edit list hides. An AVI counts dropped frames, too.
@@ -108,6 +112,12 @@ pub enum ForeignError {
     Open {
         /// The kernel error.
         source: io::Error,
+    },
+    /// Its display matrix is not supported.
+    #[error("is shown {found} (expected upright, turned by 90, 180 or 270 degrees, or mirrored)")]
+    Orientation {
+        /// How it is shown, in words.
+        found: String,
     },
     /// Its pixel format is not supported.
     #[error("has an unsupported pixel format: `{found}`")]
@@ -178,6 +188,7 @@ struct Opening {
 /// One picture of it.
 pub struct ForeignPicture {
     frame: frame::Video,
+    orientation: Orientation,
     layout: Layout,
     levels: Levels,
 }
@@ -197,12 +208,13 @@ impl ForeignVideo {
         let input = format::input_with_dictionary(&format!("file:{name}"), options).map_err(not)?;
         let stream = input.streams().best(media::Type::Video).ok_or_else(|| not(ffmpeg::Error::StreamNotFound))?;
         let decoder = open_decoder(&stream).map_err(not)?;
+        let orientation = orientation(&stream)?;
         let size = (decoder.width(), decoder.height());
         if size.0.max(size.1) > MAX_SIDE {
             return Err(ForeignError::Size { frame: 0, expected: (MAX_SIDE, MAX_SIDE), found: size });
         }
         let codec = decoder.id().name().to_owned();
-        let pixel = positive(decoder.aspect_ratio()).unwrap_or((1, 1));
+        let pixel = orientation.swapped(positive(decoder.aspect_ratio()).unwrap_or((1, 1)));
         let rate = [stream.avg_frame_rate(), stream.rate()].into_iter().find_map(positive);
         let fps = rate.and_then(|(num, den)| Rate::new(num.into(), den.into()).ok());
         let shown = shown(path, &input, &stream);
@@ -214,8 +226,10 @@ impl ForeignVideo {
         let lasts = seconds.filter(|_| shown.is_none() && input.nb_streams() == 1);
         let lasts = lasts.filter(|_| input.format().name().starts_with("matroska"));
         let matrix = pixels::matrix_name(decoder.color_space(), decoder.format());
-        let info = VideoInfo { codec, size, pixel, fps, frames: shown, seconds, matrix, tags: tags(&input) };
-        let (stream, rule) = (stream.index(), MatrixRule::Untagged(Matrix::by_size(size)));
+        let rule = MatrixRule::Untagged(Matrix::by_size(size));
+        let (size, tags) = (orientation.swapped(size), tags(&input));
+        let info = VideoInfo { codec, size, pixel, orientation, fps, frames: shown, seconds, matrix, tags };
+        let stream = stream.index();
         let opening = Some(Opening { key: None, open: false });
         let (over, leading, delivered) = (0.0, 0, 0);
         Ok(Self { input, decoder, stream, info, rule, promised, opening, hides, leading, lasts, over, delivered })
@@ -305,7 +319,8 @@ impl ForeignVideo {
         if frame.is_interlaced() {
             return Err(ForeignError::Interlaced { frame: number });
         }
-        let found = (frame.width(), frame.height());
+        let orientation = self.info.orientation;
+        let found = orientation.swapped((frame.width(), frame.height()));
         if found != self.info.size {
             return Err(ForeignError::Size { frame: number, expected: self.info.size, found });
         }
@@ -317,7 +332,7 @@ impl ForeignVideo {
         }
         let levels =
             Levels::of(&frame, &layout, self.rule).ok_or_else(|| colours(format!("{:?}", frame.color_space())))?;
-        Ok(ForeignPicture { frame, layout, levels })
+        Ok(ForeignPicture { frame, orientation, layout, levels })
     }
 
     /// When the frame of a packet is over, in seconds.
@@ -346,23 +361,40 @@ impl ForeignVideo {
     }
 }
 
+impl VideoInfo {
+    /// Width and height in pixels as they are stored: those by which players choose a matrix.
+    pub fn stored_size(&self) -> (u32, u32) {
+        self.orientation.swapped(self.size)
+    }
+}
+
 impl ForeignPicture {
-    /// Width and height in pixels.
+    /// Width and height in pixels as it is seen.
     pub fn size(&self) -> (u32, u32) {
-        (self.frame.width(), self.frame.height())
+        self.orientation.swapped((self.frame.width(), self.frame.height()))
     }
 
     /// The samples as a flock has them, in the same size; `None` if they are not 8-bit 4:2:0 with even sides and the chroma
-    /// between two rows. Samples of BT.709 limited range are not changed; those of other colours are converted.
+    /// between two rows, or not upright: the chroma of a turned picture lies elsewhere. Samples of BT.709 limited range are
+    /// not changed; those of other colours are converted.
     pub fn to_yuv420p(&self) -> Option<Yuv420p> {
-        pixels::yuv420p(&self.frame, &self.layout, self.levels)
+        let is_upright = self.orientation == Orientation::UPRIGHT;
+        is_upright.then(|| pixels::yuv420p(&self.frame, &self.layout, self.levels)).flatten()
     }
 
-    /// The picture as display RGB: `[height][width][3]`, row-major, full range, gamma-coded; 0 to 1; limited range may
-    /// exceed that slightly.
+    /// The picture as it is seen, as display RGB: `[height][width][3]`, row-major, full range, gamma-coded; 0 to 1; limited
+    /// range may exceed that slightly.
     pub fn to_rgb(&self) -> Vec<f32> {
-        pixels::rgb(&self.frame, &self.layout, self.levels)
+        let stored = pixels::rgb(&self.frame, &self.layout, self.levels);
+        self.orientation.seen(stored, (self.frame.width(), self.frame.height()))
     }
+}
+
+/// How the container has the pictures of `stream` turned and mirrored.
+fn orientation(stream: &format::stream::Stream<'_>) -> Result<Orientation, ForeignError> {
+    let matrix = stream.side_data().find(|data| data.kind() == Type::DisplayMatrix);
+    let orientation = matrix.map_or(Ok(Orientation::UPRIGHT), |matrix| Orientation::of_matrix(matrix.data()));
+    orientation.map_err(|found| ForeignError::Orientation { found })
 }
 
 /// A decoder for `stream`: with one thread and no error concealment, so that damage is reported at its frame.

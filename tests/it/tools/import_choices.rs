@@ -1,8 +1,8 @@
 //! What the artist chooses about clips that come in: colours, pace, what is replaced; and what an import costs.
 //!
-//! Owns the claims on `--matrix`, `--fps`, `--force`, `--threads` and `--dry-run` of `dreams import`, on the plan that it
-//! tells before the first clip is encoded, and on what a power cut or a kill leaves. ffmpeg makes the clips and measures
-//! the colours.
+//! Owns the claims on `--matrix`, `--fps`, `--force`, `--threads` and `--dry-run` of `dreams import`, on clips that their
+//! files turn, on the plan that it tells before the first clip is encoded, and on what a power cut or a kill leaves.
+//! ffmpeg makes the clips and measures the colours.
 
 use crate::syscall_faults::{at_every_step, traced};
 use crate::tools::import_folders::ImportFolders;
@@ -89,6 +89,42 @@ fn a_known_green_comes_in_as_that_green_whoever_made_the_clip_and_whatever_its_s
         "{:?}",
         colour(&folders.flock().join("loops/c.mp4"))
     );
+}
+
+/// The first frame of a clip as ffmpeg shows it, `[height][width][3]` of 8 bits.
+fn first_frame(clip: &Path) -> Vec<u8> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip).args(["-vf", "scale=64:64,format=rgb24"]);
+    succeed(ffmpeg.args(["-frames:v", "1", "-f", "rawvideo", "-"]))
+}
+
+#[test]
+fn a_clip_that_its_file_turns_comes_in_turned_even_in_form() {
+    let folders = ImportFolders::new("64x64");
+    let form = "-c:v libx264 -crf 4 -pix_fmt yuv420p -color_primaries bt709 -color_trc bt709 -colorspace bt709 \
+                -color_range tv -x264-params repeat-headers=1 -movflags +faststart";
+    let bt709 = "setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
+    let source = format!("testsrc2=size=64x64:rate=30,boxblur=4,{bt709}");
+    film(&folders, "a=a.mp4", &source, 3, form);
+    film(&folders, "b=b.mp4", &source, 3, form);
+    let path = folders.inbox().join("b=b.mp4");
+    let mut bytes = fs::read(&path).unwrap();
+    // The display matrix of a track, `0 1 0, -1 0 0`: turned by 90 degrees.
+    let start = bytes.windows(4).position(|name| name == b"tkhd").unwrap() + 44;
+    for (at, number) in [0_i32, 1, 0, -1, 0].into_iter().enumerate() {
+        bytes[start + 4 * at..][..4].copy_from_slice(&(number << 16).to_be_bytes());
+    }
+    fs::write(&path, bytes).unwrap();
+    let (answer, _) = folders.answer_and_notes(0, &["."]);
+    let states: Vec<_> = answer["clips"].as_array().unwrap().iter().map(|clip| &clip["state"]).collect();
+    assert_eq!(states, ["copied", "encoded"], "{answer}");
+    let [upright, due] = ["a=a.mp4", "b=b.mp4"].map(|name| first_frame(&folders.inbox().join(name)));
+    let found = first_frame(&folders.flock().join("loops/b.mp4"));
+    let mean = |other: &[u8]| {
+        let off = found.iter().zip(other).map(|(a, b)| f64::from(a.abs_diff(*b)));
+        off.sum::<f64>() / found.len() as f64
+    };
+    assert!(mean(&due) < 8.0 && mean(&upright) > 20.0, "{} from turned, {} from upright", mean(&due), mean(&upright));
 }
 
 #[test]

@@ -46,6 +46,14 @@ fn rgb_of(path: &Path, matrix: &str) -> Vec<u8> {
     ffmpeg.output().expect("the tests need the `ffmpeg` command").stdout
 }
 
+/// How near a picture comes to ffmpeg's of the same size, in dB.
+fn psnr(found: &[f32], due: &[u8]) -> f64 {
+    assert_eq!(found.len(), due.len());
+    let off = |(found, due): (&f32, &u8)| f64::from(found.clamp(0.0, 1.0) * 255.0 - f32::from(*due)).powi(2);
+    let mean = found.iter().zip(due).map(off).sum::<f64>() / due.len() as f64;
+    10.0 * (255.0 * 255.0 / mean.max(1e-9)).log10()
+}
+
 #[test]
 fn samples_that_a_flock_has_already_are_taken_bit_by_bit() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,13 +102,54 @@ fn other_pixels_and_colours_come_out_as_ffmpeg_shows_them() {
         let pictures = read(&path).unwrap_or_else(|error| panic!("{format}: {error:?}"));
         let found: Vec<f32> = pictures.iter().flat_map(video::ForeignPicture::to_rgb).collect();
         let due = rgb_of(&path, matrix);
-        assert_eq!(found.len(), due.len(), "{format}");
-        let off = |(found, due): (&f32, &u8)| f64::from(found.clamp(0.0, 1.0) * 255.0 - f32::from(*due)).powi(2);
-        let mean = found.iter().zip(&due).map(off).sum::<f64>() / due.len() as f64;
-        let psnr = 10.0 * (255.0 * 255.0 / mean.max(1e-9)).log10();
+        let psnr = psnr(&found, &due);
         let least = if format == "rgb565le" { 30.0 } else { 40.0 };
         assert!(psnr > least, "{codec} {format} {size}: {psnr:.1} dB");
     }
+}
+
+/// Writes `matrix` over the display matrix of the first track of an MP4, in units of its own scale.
+fn turn(path: &Path, matrix: [i32; 4]) {
+    let mut bytes = std::fs::read(path).unwrap();
+    // ISO/IEC 14496-12, 8.3.2: `tkhd` of version 0 has its matrix 44 bytes after its name.
+    let start = bytes.windows(4).position(|name| name == b"tkhd").expect("it is an MP4") + 44;
+    let [a, b, c, d] = matrix;
+    for (at, number) in [a, b, 0, c, d].into_iter().enumerate() {
+        bytes[start + 4 * at..][..4].copy_from_slice(&(number << 16).to_be_bytes());
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn pictures_that_a_container_turns_or_mirrors_come_in_as_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let smooth = format!("{},boxblur=4,setsar=4/3", source("96x64"));
+    let path = made(folder.path(), "a.mp4", &smooth, 2, "-c:v mpeg4 -q:v 2 -pix_fmt yuv420p");
+    for (matrix, size, pixel) in [
+        ([1, 0, 0, 1], (96, 64), (4, 3)),
+        ([0, 1, -1, 0], (64, 96), (3, 4)),
+        ([-1, 0, 0, -1], (96, 64), (4, 3)),
+        ([0, -1, 1, 0], (64, 96), (3, 4)),
+        ([-1, 0, 0, 1], (96, 64), (4, 3)),
+        ([1, 0, 0, -1], (96, 64), (4, 3)),
+        ([0, 1, 1, 0], (64, 96), (3, 4)),
+        ([0, -1, -1, 0], (64, 96), (3, 4)),
+    ] {
+        turn(&path, matrix);
+        let foreign = ForeignVideo::open(&path).unwrap();
+        assert_eq!((foreign.info().size, foreign.info().pixel), (size, pixel), "{matrix:?}");
+        assert_eq!(foreign.info().stored_size(), (96, 64), "{matrix:?}");
+        let pictures = read(&path).unwrap();
+        assert_eq!(pictures[0].size(), size, "{matrix:?}");
+        assert!(pictures[0].to_yuv420p().is_none_or(|picture| picture.size() == size), "{matrix:?}");
+        let found: Vec<f32> = pictures.iter().flat_map(video::ForeignPicture::to_rgb).collect();
+        let decibels = psnr(&found, &rgb_of(&path, "bt601"));
+        // ffmpeg turns the samples and takes their chroma for sited as before.
+        assert!(decibels > 34.0, "{matrix:?}: {decibels:.1} dB");
+    }
+    turn(&path, [1, 1, -1, 1]);
+    let refused = ForeignVideo::open(&path).map(drop).unwrap_err();
+    assert!(matches!(refused, ForeignError::Orientation { .. }) && refused.to_string().contains("45.0"), "{refused}");
 }
 
 #[test]

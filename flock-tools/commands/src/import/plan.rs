@@ -13,7 +13,7 @@ use operations::flock_folder::paths;
 use operations::program::chain;
 use operations::render::plan::ClipRole;
 use timing::Rate;
-use video::{ForeignVideo, Form, Matrix, MatrixRule, VideoInfo};
+use video::{ForeignVideo, Form, Matrix, MatrixRule, Orientation, VideoInfo};
 
 use super::SkippedFile;
 use super::file_kind::Origin;
@@ -179,7 +179,8 @@ impl<'a> Planner<'a> {
         let ImportSettings { form, fit, matrix, pace, .. } = *self.settings;
         let foreign = ForeignVideo::open(&file.path).map_err(|error| chain(&error))?;
         let about = foreign.info().clone();
-        let untagged = if file.origin == Origin::ElectricSheep { Matrix::Bt601 } else { Matrix::by_size(about.size) };
+        let is_electric = file.origin == Origin::ElectricSheep;
+        let untagged = if is_electric { Matrix::Bt601 } else { Matrix::by_size(about.stored_size()) };
         let (rule, by) = match (matrix, about.matrix, file.origin) {
             (Some(matrix), _, _) => (MatrixRule::Always(matrix.into()), MatrixBy::Option),
             (None, Some(_), _) => (MatrixRule::Untagged(untagged), MatrixBy::File),
@@ -200,6 +201,7 @@ impl<'a> Planner<'a> {
         // Of another codec or size it needs no second look.
         let fits = pace.is_none()
             && (about.codec.as_str(), about.size) == ("h264", form.size)
+            && about.orientation == Orientation::UPRIGHT
             && rule != MatrixRule::Always(Matrix::Bt601)
             && in_form(&file.path, &form);
         let encode = if fits { None } else { Some(Scaling::new(&about, form.size, fit)?) };

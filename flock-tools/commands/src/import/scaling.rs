@@ -152,11 +152,14 @@ fn refusal(error: ScalingError) -> String {
 
 #[cfg(test)]
 mod tests {
+    use video::Orientation;
+
     use super::*;
 
     fn about(size: (u32, u32), pixel: (u32, u32)) -> VideoInfo {
         let (codec, tags) = ("mpeg4".to_owned(), Vec::new());
-        VideoInfo { codec, size, pixel, fps: None, frames: None, seconds: None, matrix: None, tags }
+        let orientation = Orientation::UPRIGHT;
+        VideoInfo { codec, size, pixel, orientation, fps: None, frames: None, seconds: None, matrix: None, tags }
     }
 
     #[test]
