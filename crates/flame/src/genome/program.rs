@@ -55,7 +55,7 @@ impl Genome {
     /// where neither is known.
     pub fn program(&self) -> Option<Program> {
         let has = |is_mark: fn(&str) -> bool| self.extra.iter().any(|(name, _)| is_mark(name));
-        let of_xforms = || self.xforms.iter().chain(&self.final_xform).flat_map(|xform| &xform.extra);
+        let of_xforms = || self.xforms.iter().chain(&self.finals).flat_map(|xform| &xform.extra);
         if has(|name| name.starts_with("flam3h_")) {
             return Some(Program::Flam3h);
         }
