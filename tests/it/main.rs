@@ -46,6 +46,7 @@ mod tools {
     pub(crate) mod curation;
     mod farm;
     mod fleet;
+    mod foreign_flock;
     mod guides;
     mod import;
     mod import_archive;

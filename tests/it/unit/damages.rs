@@ -19,6 +19,7 @@ use rustix::fs::{CWD, FileType, Mode, mknodat};
 use std::collections::BTreeMap;
 use std::env;
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::mem;
 use std::os::unix::fs::{MetadataExt, symlink};
 use std::path::{Path, PathBuf};
@@ -169,25 +170,27 @@ impl Wall {
     }
 
     fn replace(&self, path: &Path, dice: &mut Dice) -> String {
-        fs::remove_file(path).unwrap();
         match dice.below(5) {
-            0 => "removed".to_owned(),
+            0 => {
+                put_instead(path, || Ok(()));
+                "removed".to_owned()
+            }
             1 => {
-                mknodat(CWD, path, FileType::Fifo, Mode::from_raw_mode(0o644), 0).unwrap();
+                put_instead(path, || Ok(mknodat(CWD, path, FileType::Fifo, Mode::from_raw_mode(0o644), 0)?));
                 "a pipe instead".to_owned()
             }
             2 => {
                 let to = self.outside.one(dice);
-                symlink(&to, path).unwrap();
+                put_instead(path, || symlink(&to, path));
                 format!("a link to `{}` instead", to.display())
             }
             // What a program cannot write anew any more is not found again here.
             3 if path.starts_with(self.unit.path("")) => {
-                fs::create_dir(path).unwrap();
+                put_instead(path, || fs::create_dir(path));
                 "a folder instead".to_owned()
             }
             _ => {
-                fs::write(path, "").unwrap();
+                put_instead(path, || fs::write(path, ""));
                 "an empty file instead".to_owned()
             }
         }
@@ -263,6 +266,21 @@ impl Wall {
         std::thread::park_timeout(Duration::from_secs(1));
         let (code, _) = mem::replace(&mut self.running, self.playing.start()).end_within(1);
         assert!(code.is_none_or(|code| code != 101 && code != 2), "the player ended with {code:?} after {what}");
+    }
+}
+
+/// Removes the file at `path` and has `put` put something in its place. The player may write it anew in between: then once
+/// more.
+fn put_instead(path: &Path, put: impl Fn() -> io::Result<()>) {
+    let unless = |done: io::Result<()>, kind: ErrorKind| match done {
+        Err(error) if error.kind() != kind => panic!("cannot damage `{}`: {error}", path.display()),
+        other => other.is_ok(),
+    };
+    loop {
+        unless(fs::remove_file(path), ErrorKind::NotFound);
+        if unless(put(), ErrorKind::AlreadyExists) {
+            return;
+        }
     }
 }
 
