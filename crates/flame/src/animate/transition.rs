@@ -165,6 +165,7 @@ pub(super) fn between(from: &Genome, to: &Genome, part: f64) -> Genome {
         camera: camera(&from.camera, &to.camera, part),
         sampling: sampling(&from.sampling, &to.sampling, part),
         tone: tone(&from.tone, &to.tone, part),
+        finish: from.finish.mixed(&to.finish, part),
         palette_mode: nearer.palette_mode,
         hue_path: nearer.hue_path,
         hue_path_rgb: mix(from.hue_path_rgb, to.hue_path_rgb, part),

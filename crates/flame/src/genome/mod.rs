@@ -7,7 +7,10 @@
 
 mod attributes;
 mod choices;
+mod curve;
 mod error;
+mod finish;
+mod finish_xml;
 mod library;
 mod limits;
 mod lineage;
@@ -24,7 +27,9 @@ mod wave;
 mod write;
 
 pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape, WaveShape};
+pub use curve::Curves;
 pub use error::{GenomeError, Place};
+pub use finish::Finish;
 pub use library::{Library, PaletteBlend};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
@@ -49,6 +54,8 @@ pub struct Genome {
     pub sampling: Sampling,
     /// From log-density to displayable light.
     pub tone: Tone,
+    /// What another program than flam3 makes of that light.
+    pub finish: Finish,
     /// The 256 colours, or `None` where the file names a palette of a library instead.
     pub palette: Option<Palette>,
     /// `palette`: the number of a palette in a library; below 0 it names none.
@@ -224,6 +231,7 @@ impl Default for Genome {
                 vibrancy: 1.0,
                 highlight_power: -1.0,
             },
+            finish: Finish::default(),
             palette: None,
             palette_number: None,
             hue: 0.0,

@@ -133,6 +133,7 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
         }
     }
     super::palette_xml::fill(&mut genome);
+    super::finish_xml::settle(&mut genome, node)?;
     for (number, xform) in genome.xforms.iter_mut().enumerate() {
         if alone >= 0 && usize::try_from(alone) != Ok(number) {
             xform.opacity = 0.0;

@@ -10,7 +10,7 @@ impl Genome {
         let palette = self.palette.iter().map(|palette| size_of_val(&palette.entries[..])).sum::<usize>();
         let xforms = self.xforms.iter().chain(&self.finals).map(of_xform).sum::<usize>();
         let own = size_of::<Genome>() + self.name.as_ref().map_or(0, String::len) + size_of_val(&self.symmetries[..]);
-        (own + palette + xforms + of_pairs(&self.extra) + of_elements(&self.children)) as u64
+        (own + self.finish.bytes() + palette + xforms + of_pairs(&self.extra) + of_elements(&self.children)) as u64
     }
 }
 

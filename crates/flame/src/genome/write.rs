@@ -21,6 +21,7 @@ impl Genome {
         self.write_camera(&mut root);
         self.write_sampling(&mut root);
         self.write_tone(&mut root);
+        self.write_finish(&mut root);
         if let Some(number) = self.palette_number {
             root.set("palette", number);
         }

@@ -12,31 +12,50 @@ use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut
 use super::film::Film;
 use super::histogram::{UNIT, written};
 use super::view::{BAND, View};
-use crate::genome::Genome;
+use crate::genome::{Finish, Genome};
 
 /// Log-density at `brightness` 1 and a density of e - 1.
 const GAIN: f64 = 268.0 / 256.0;
 
-/// What turns light of a cell into log-density.
+/// What turns light of a cell into log-density; `THIN` if cells of few samples have light of their own.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
+pub(super) struct Scale<const THIN: bool> {
     gain: f32,
     /// By which a density is 1 where samples lie evenly over a square unit.
     evenly: f32,
+    /// Log-density of a cell without samples.
+    thin: f32,
+    /// By which a density is 1 where a pixel has one sample, if as many are drawn as the genome itself asks for.
+    hits: f32,
 }
 
-impl Scale {
+impl<const THIN: bool> Scale<THIN> {
     /// For a frame of `genome` of which `share` of its samples was drawn.
-    pub(super) fn new(genome: &Genome, view: &View, share: f64) -> Scale {
+    ///
+    /// * `quality` — samples per pixel that the genome itself asks for, at zoom 0.
+    pub(super) fn new(genome: &Genome, view: &View, share: f64, quality: f64) -> Self {
+        let Finish { contrast, log_gain, low_density, .. } = genome.finish;
         let cells_per_pixel = (view.supersample * view.supersample) as f64;
         let expected = view.area() * view.samples_per_pixel(&genome.sampling) * share * f64::from(UNIT);
-        Scale { gain: (genome.tone.brightness * GAIN) as f32, evenly: (cells_per_pixel / expected) as f32 }
+        let drawn = genome.sampling.quality * share * f64::from(UNIT);
+        Scale {
+            gain: (genome.tone.brightness * GAIN * log_gain * contrast) as f32,
+            evenly: (cells_per_pixel / expected / contrast) as f32,
+            thin: if quality > 0.0 { (low_density / (contrast * quality)) as f32 } else { 0.0 },
+            hits: (cells_per_pixel * quality / drawn) as f32,
+        }
     }
 
     /// By what the light of a cell of this `density` is multiplied, if a sample is worth `worth` of the usual.
     #[inline]
     fn of(self, density: f32, worth: f32) -> f32 {
-        if density > 0.0 { self.gain * ln_1p(density * worth * self.evenly) / density } else { 0.0 }
+        if density > 0.0 {
+            let log = self.gain * ln_1p(density * worth * self.evenly);
+            let thin = if THIN { self.thin / (1.0 + density * worth * self.hits) } else { 0.0 };
+            (if THIN { log + thin } else { log }) / density
+        } else {
+            0.0
+        }
     }
 
     /// The log-density of a cell.
@@ -67,7 +86,12 @@ impl Scale {
 ///
 /// * `film` — one whose halves are told apart.
 /// * Returns `[height][width][8]`: red, green, blue, density; then a noise as large as theirs.
-pub(super) fn of_halves(film: &Film, scale: Scale, view: &View, stop: &AtomicBool) -> Vec<[f32; 8]> {
+pub(super) fn of_halves<const THIN: bool>(
+    film: &Film,
+    scale: Scale<THIN>,
+    view: &View,
+    stop: &AtomicBool,
+) -> Vec<[f32; 8]> {
     let width = view.cells[0];
     pixels(view, stop, |row, out| {
         for (cell, out) in (row * width..).zip(out) {
@@ -77,7 +101,12 @@ pub(super) fn of_halves(film: &Film, scale: Scale, view: &View, stop: &AtomicBoo
 }
 
 /// The log-density of each pixel: `[height][width][4]`.
-pub(super) fn of_film(film: &Film, scale: Scale, view: &View, stop: &AtomicBool) -> Vec<[f32; 4]> {
+pub(super) fn of_film<const THIN: bool>(
+    film: &Film,
+    scale: Scale<THIN>,
+    view: &View,
+    stop: &AtomicBool,
+) -> Vec<[f32; 4]> {
     let width = view.cells[0];
     pixels(view, stop, |row, out| {
         for (cell, out) in (row * width..).zip(out) {

@@ -23,6 +23,7 @@ mod filter;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod histogram;
+mod look;
 mod plan;
 mod pool;
 mod projection;
@@ -116,8 +117,10 @@ struct FrameSetup {
     genome: Genome,
     view: View,
     shot: Shot,
-    /// How many samples the genome asks for.
+    /// How many samples are asked for.
     samples: u64,
+    /// Samples per pixel at zoom 0 that the genome itself asks for.
+    quality: f64,
     cell_steps: u64,
     filter: Filter,
     target: Option<Target>,
@@ -232,6 +235,7 @@ impl FrameCost {
 impl FrameSetup {
     fn new(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<FrameSetup, RenderError> {
         let mut genome = motion.at(frame);
+        let quality = genome.sampling.quality;
         settings.apply_to(&mut genome);
         let view = View::new(&genome)?;
         let moments = filter::shutter(&genome.sampling)?;
@@ -256,7 +260,7 @@ impl FrameSetup {
         let moments = genomes.iter().map(|(genome, view)| genome.bytes() + size_of_val(view) as u64);
         let preparing = moments.sum::<u64>() + shot.bytes();
         let arithmetic = if view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
-        Ok(FrameSetup { genome, view, shot, samples, cell_steps, filter, target, arithmetic, preparing })
+        Ok(FrameSetup { genome, view, shot, samples, quality, cell_steps, filter, target, arithmetic, preparing })
     }
 
     /// Whether halves of the samples are told apart.

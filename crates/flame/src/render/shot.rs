@@ -133,7 +133,8 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
     let rows = if is_dark { plans.iter().map(|plan| plan.moves.len()).max().unwrap_or(1) } else { 1 };
     let same = |i: usize| {
         let [(first, _), (other, _)] = [&genomes[0], &genomes[i]];
-        let same_colours = first.palette_mode == other.palette_mode && first.palette == other.palette;
+        let modes = |genome: &Genome| (genome.palette_mode, genome.finish.palette_span);
+        let same_colours = modes(first) == modes(other) && first.palette == other.palette;
         same_colours && brightness(&plans[0]) == brightness(&plans[i])
     };
     let count = plans.len();
@@ -168,7 +169,7 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
 fn colours(genome: &Genome) -> Vec<[f64; 4]> {
     let Some(palette) = &genome.palette else { return vec![[0.0; 4]; ENTRIES] };
     let entry = |i: usize| {
-        let coordinate = (i as f64 + 0.5) / ENTRIES as f64;
+        let coordinate = (i as f64 + 0.5) / ENTRIES as f64 * genome.finish.palette_span;
         let colour = match genome.palette_mode {
             PaletteMode::Step => palette.step(coordinate),
             PaletteMode::Linear => palette.linear(coordinate),

@@ -2,7 +2,8 @@
 //!
 //! Owns gamma, vibrancy and highlights, and the order in which filters come. Never draws samples.
 //!
-//! Start at [`develop`]; `density.rs` has log-density and the spatial filter, `wiener.rs` and `spread.rs` smooth noise.
+//! Start at [`develop`]; `density.rs` has log-density and the spatial filter, `wiener.rs` and `spread.rs` smooth noise,
+//! `look.rs` has what other programs make of light.
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008), log-density display, gamma, vibrancy. The constants
@@ -14,6 +15,7 @@ use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSlice, P
 
 use super::density::{self, Scale};
 use super::film::Film;
+use super::look::Look;
 use super::spread::Spread;
 use super::{Filter, FrameSetup, wiener};
 use crate::genome::Tone;
@@ -30,13 +32,33 @@ pub(super) struct Developed {
     pub(super) noise: Option<f64>,
 }
 
+/// How log-density becomes light.
+struct Exposure<'a> {
+    tone: &'a Tone,
+    look: Option<Look>,
+}
+
 /// Makes displayable light of what is on `film`, which keeps its samples only where more may follow; anything, once `stop`
 /// is set.
 ///
-/// * `share` — how many samples were drawn, as a part of those that the genome asks for.
+/// * `share` — how many samples were drawn, as a part of those that are asked for.
 pub(super) fn develop(film: &mut Film, setup: &FrameSetup, share: f64, stop: &AtomicBool) -> Developed {
+    let FrameSetup { genome, view, quality, .. } = setup;
+    if genome.finish.low_density == 0.0 {
+        develop_by(film, setup, Scale::<false>::new(genome, view, share, *quality), stop)
+    } else {
+        develop_by(film, setup, Scale::<true>::new(genome, view, share, *quality), stop)
+    }
+}
+
+fn develop_by<const THIN: bool>(
+    film: &mut Film,
+    setup: &FrameSetup,
+    scale: Scale<THIN>,
+    stop: &AtomicBool,
+) -> Developed {
     let FrameSetup { genome, view, filter, target, .. } = setup;
-    let scale = Scale::new(genome, view, share);
+    let exposure = Exposure { tone: &genome.tone, look: Look::new(&genome.finish) };
     let [width, height] = view.size;
     let image = |pixels| Image { width, height, pixels };
     if film.is_halved() {
@@ -47,8 +69,8 @@ pub(super) fn develop(film: &mut Film, setup: &FrameSetup, share: f64, stop: &At
         if *filter == Filter::Variance {
             pixels = wiener::denoise(pixels, view.size, stop);
         }
-        let noise = target.map(|_| noise(&pixels, width, &genome.tone));
-        return Developed { image: image(exposed(&pixels, width, &genome.tone)), noise };
+        let noise = target.map(|_| exposure.noise(&pixels, width));
+        return Developed { image: image(exposure.light(&pixels, width)), noise };
     }
     let pixels = if *filter == Filter::Flam3 {
         let light = film.light(view.cells[0] * view.cells[1]);
@@ -59,28 +81,50 @@ pub(super) fn develop(film: &mut Film, setup: &FrameSetup, share: f64, stop: &At
     } else {
         density::of_film(film, scale, view, stop)
     };
-    Developed { image: image(exposed(&pixels, width, &genome.tone)), noise: None }
+    Developed { image: image(exposure.light(&pixels, width)), noise: None }
 }
 
-/// Displayable light of pixels whose first four channels are red, green, blue and density.
-fn exposed<const CHANNELS: usize>(pixels: &[[f32; CHANNELS]], width: usize, tone: &Tone) -> Vec<[f32; 3]> {
+impl Exposure<'_> {
+    /// Displayable light of pixels whose first four channels are red, green, blue and density.
+    fn light<const CHANNELS: usize>(&self, pixels: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; 3]> {
+        match &self.look {
+            None => exposed(pixels, width, |pixel| expose(pixel, self.tone)),
+            Some(look) => exposed(pixels, width, |pixel| look.finished(expose(look.balanced(pixel), self.tone))),
+        }
+    }
+
+    /// The mean square of the noise in displayable light.
+    fn noise(&self, pixels: &[[f32; 8]], width: usize) -> f64 {
+        match &self.look {
+            None => noise(pixels, width, |pixel| expose(pixel, self.tone)),
+            Some(look) => noise(pixels, width, |pixel| look.finished(expose(look.balanced(pixel), self.tone))),
+        }
+    }
+}
+
+/// What `expose` makes of each pixel.
+fn exposed<const CHANNELS: usize>(
+    pixels: &[[f32; CHANNELS]],
+    width: usize,
+    expose: impl Fn([f64; 4]) -> [f32; 3] + Sync,
+) -> Vec<[f32; 3]> {
     let mut light = vec![[0.0; 3]; pixels.len()];
     light.par_chunks_mut(width).zip(pixels.par_chunks(width)).for_each(|(light, pixels)| {
         for (light, pixel) in light.iter_mut().zip(pixels) {
-            *light = expose([0, 1, 2, 3].map(|channel| f64::from(pixel[channel])), tone);
+            *light = expose([0, 1, 2, 3].map(|channel| f64::from(pixel[channel])));
         }
     });
     light
 }
 
-/// The mean square of the noise in displayable light.
-fn noise(pixels: &[[f32; 8]], width: usize, tone: &Tone) -> f64 {
+/// The mean square of the noise in what `expose` makes of each pixel.
+fn noise(pixels: &[[f32; 8]], width: usize, expose: impl Fn([f64; 4]) -> [f32; 3] + Sync) -> f64 {
     // Rows are added up in their order: the sum is the same for any number of threads.
     let rows = pixels.par_chunks(width).map(|pixels| {
         // With the noise and with its opposite: where light bends, both may be too dark.
         let square = |pixel: &[f32; 8]| {
             let [seen, more, less] = [0.0, 1.0, -1.0]
-                .map(|part| expose([0, 1, 2, 3].map(|i| f64::from(pixel[i]) + part * f64::from(pixel[4 + i])), tone));
+                .map(|part| expose([0, 1, 2, 3].map(|i| f64::from(pixel[i]) + part * f64::from(pixel[4 + i]))));
             let channel = |i: usize| f64::from(more[i] - seen[i]).powi(2) + f64::from(less[i] - seen[i]).powi(2);
             0.5 * (channel(0) + channel(1) + channel(2))
         };

@@ -19,5 +19,6 @@ mod motion;
 mod odd;
 mod pictures;
 mod stages;
+mod tone;
 mod unsupported;
 mod xml;
