@@ -172,7 +172,7 @@ pub(super) fn between(from: &Genome, to: &Genome, part: f64) -> Genome {
         interpolation: nearer.interpolation,
         space: nearer.space,
         // As in `mixed`.
-        extra: from.extra.iter().chain(&to.extra).cloned().collect(),
+        extra: of_both(&from.extra, &to.extra),
         children: from.children.iter().chain(&to.children).cloned().collect(),
         ..Genome::default()
     }
@@ -205,10 +205,16 @@ pub(super) fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
         chaos: a.chaos.iter().zip(&b.chaos).map(|(a, b)| mix(*a, *b, part)).collect(),
         variations: variations.collect(),
         // What cannot be rendered at an end cannot be rendered in between.
-        extra: a.extra.iter().chain(&b.extra).cloned().collect(),
+        extra: of_both(&a.extra, &b.extra),
         children: a.children.iter().chain(&b.children).cloned().collect(),
         ..Xform::default()
     }
+}
+
+/// The attributes of both ends, each name once: an element has none twice.
+fn of_both(a: &[(String, String)], b: &[(String, String)]) -> Vec<(String, String)> {
+    let is_new = |(name, _): &&(String, String)| a.iter().all(|(known, _)| known != name);
+    a.iter().chain(b.iter().filter(is_new)).cloned().collect()
 }
 
 fn camera(a: &Camera, b: &Camera, part: f64) -> Camera {

@@ -22,13 +22,11 @@ enum Neutral {
     Dark,
     /// The six numbers of an affine part that leaves every point where it is.
     Identity,
-    /// A tone curve, in so many numbers a point, whose points have equal coordinates.
-    Straight(usize),
     /// One of these words, or 0.
     Word(&'static [&'static str]),
 }
 
-use Neutral::{At, Dark, Identity, Straight, Word};
+use Neutral::{At, Dark, Identity, Word};
 
 /// Attributes of `<flame>`, when they are neutral, and what they else ask for.
 const FLAME: &[(&str, Neutral, Why)] = &[
@@ -40,19 +38,13 @@ const FLAME: &[(&str, Neutral, Why)] = &[
     ("balancing_blue", At(1.0), Why::Tone),
     ("balancing_green", At(1.0), Why::Tone),
     ("balancing_red", At(1.0), Why::Tone),
-    ("blue_curve", Straight(2), Why::Tone),
-    ("cam_zoom", At(1.0), Why::Camera),
     ("contrast", At(1.0), Why::Tone),
-    ("curves", Straight(3), Why::Tone),
-    ("green_curve", Straight(2), Why::Tone),
     ("logscale_k2", At(0.0), Why::Tone),
     ("low_density_brightness", At(0.24), Why::Tone),
     ("mixer_mode", Word(&["OFF"]), Why::Effect),
-    ("overall_curve", Straight(2), Why::Tone),
     ("post_blur_radius", At(0.0), Why::Effect),
     ("post_symmetry_type", Word(&["NONE"]), Why::Effect),
     ("preserve_z", At(0.0), Why::Depth),
-    ("red_curve", Straight(2), Why::Tone),
     ("saturation", At(1.0), Why::Tone),
     ("sld_render_enabled", Word(&["false"]), Why::Solid),
     ("smooth_gradient", At(0.0), Why::Colour),
@@ -215,9 +207,6 @@ impl Neutral {
             At(neutral) => all(&|numbers| numbers == [*neutral]),
             Dark => all(&|numbers| numbers.iter().all(|number| *number == 0.0)),
             Identity => all(&|numbers| numbers == [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
-            Straight(size) => {
-                all(&|numbers| numbers.chunks(*size).all(|point| point.len() < 2 || point[0] == point[1]))
-            }
             Word(words) => words.contains(&value) || all(&|numbers| numbers == [0.0]),
         }
     }
@@ -233,12 +222,9 @@ mod tests {
         let is_drawn = |name, value| of_flame(name, value, 0.0) == Meaning::Neutral;
         for (name, neutral, other) in [
             ("background_ul", "0.0 0.0 0.0", "0 0.1 0"),
-            ("cam_zoom", "1.0", "2.0"),
             ("contrast", " 1 ", "0"),
-            ("curves", "0 0 1 0 0 1 1 1 1 1 1 1", "0 0 1 0 0.5 1 1 1 1"),
             ("low_density_brightness", "0.24", "0"),
             ("mixer_mode", "OFF", "RGB"),
-            ("overall_curve", "0 0 0.25 0.25 1 1 0.75 0.75", "0 0 0.27 0.29 1 1"),
             ("post_symmetry_type", "NONE", "POINT"),
             ("sld_render_enabled", "0", "1"),
             ("white_level", "220.0", "NaN"),

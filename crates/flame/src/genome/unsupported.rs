@@ -61,8 +61,6 @@ pub enum Why {
     Background,
     /// Another way in which points get their colours.
     Colour,
-    /// A camera in three dimensions, or one that zooms.
-    Camera,
     /// A value that changes with time along a curve.
     Curve,
     /// Depth, which is drawn flat.
@@ -93,7 +91,6 @@ impl Why {
             Why::Attribute => "attribute",
             Why::Background => "background",
             Why::Colour => "colour",
-            Why::Camera => "camera",
             Why::Curve => "curve",
             Why::Depth => "depth",
             Why::Effect => "effect",
@@ -114,7 +111,6 @@ impl Why {
             Why::Attribute => "the attribute",
             Why::Background => "the background",
             Why::Colour => "the colouring",
-            Why::Camera => "the camera's",
             Why::Curve => "the curve over time",
             Why::Depth => "the depth of",
             Why::Effect => "the effect",

@@ -89,8 +89,8 @@ fn one_flame_said_in_two_ways_is_one_picture() {
         let again = Genome::parse(&one.to_xml()).unwrap();
         assert_eq!(again, one, "{name}, written and read");
     }
-    let added = flame("linear=\"1\" spherical=\"0.2\" spherical_fx_priority=\"1\"", "", "");
-    let plain = flame("linear=\"1\" spherical=\"0.2\"", "", "");
+    let added = flame("sinusoidal=\"1\" spherical=\"0.2\" spherical_fx_priority=\"1\"", "", "");
+    let plain = flame("sinusoidal=\"1\" spherical=\"0.2\"", "", "");
     assert!(psnr(&picture(&added), &picture(&plain)) < 30.0, "what is added after the sum sees the sum");
 }
 

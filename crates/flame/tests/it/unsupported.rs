@@ -32,9 +32,9 @@ fn drawn(genome: &Genome) -> Result<Image, RenderError> {
 
 #[test]
 fn neutral_attributes_of_other_programs_change_no_bit() {
-    let of_flame = "version=\"JWildfire V7\" cam_zoom=\"1.0\" cam_pitch=\"0.0\" white_level=\"220.0\" contrast=\"1.0\" \
+    let of_flame = "version=\"Apophysis 7X.15C\" cam_zoom=\"1.0\" cam_pitch=\"0.0\" \
                     background_ul=\"0.0 0.0 0.0\" post_symmetry_type=\"NONE\" post_symmetry_order=\"3\" \
-                    curves=\"0 0 1 0 0 1 1 1 1 1 1 1\" grad_edit_hue_curve_x1=\"23\"";
+                    overall_curve=\"0 0 0.3 0.3 1 1\" grad_edit_hue_curve_x1=\"23\"";
     let of_xform = "var_color=\"1\" linear_fx_priority=\"0\" color_type=\"DIFFUSION\" material=\"0.0\" \
                     weightCurve_enabled=\"false\" weightCurve_x1=\"9\" yzCoefs=\"1 0 0 1 0 0\" \
                     mirror_pre_post_translations=\"0\" wfield_type=\"NONE\" wfield_input=\"AFFINE\" waltz=\"0\" waltz_beat=\"3\"";
@@ -54,7 +54,7 @@ fn what_changes_a_picture_is_refused_in_loops_and_in_transitions() {
         seed: 1,
     };
     for (own, of_first, name) in [
-        ("cam_zoom=\"2.0\"", "", "the camera's `cam_zoom` (`2.0`, the flame)"),
+        ("sld_render_enabled=\"1\"", "", "solid rendering by `sld_render_enabled` (`1`, the flame)"),
         ("", "waltz=\"0.5\"", "the variation `waltz` (`0.5`, transform 0)"),
     ] {
         let odd = Flame::new(flame(own, of_first), Backend::default());
