@@ -52,6 +52,7 @@ mod tools {
     mod import_archive;
     mod import_choices;
     mod import_folders;
+    mod import_genomes;
     mod joins;
     mod killed_edits;
     mod large_flocks;

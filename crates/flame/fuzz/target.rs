@@ -18,14 +18,16 @@ const MOST_BYTES: u64 = 200 << 20;
 /// A file of genomes: refused with a message that fits on a screen, or read, written and read again without a loss.
 pub(crate) fn genome(data: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(data) else { return false };
-    let flames = match Genome::split(text) {
-        Ok(flames) => flames,
-        Err(error) => {
-            let error = error.to_string();
-            assert!(error.len() < 2000, "a message of {} bytes", error.len());
-            return false;
-        }
-    };
+    let mut flames = Vec::new();
+    let parts = Genome::split(text);
+    for part in parts.as_ref().into_iter().flatten() {
+        flames.extend(part.genome.as_ref().ok().map(|genome| (genome.clone(), &part.text)));
+    }
+    let wrong = parts.as_ref().into_iter().flatten().filter_map(|part| part.genome.as_ref().err());
+    for error in parts.as_ref().err().into_iter().chain(wrong) {
+        let error = error.to_string();
+        assert!(error.len() < 2000, "a message of {} bytes", error.len());
+    }
     for (genome, part) in &flames {
         assert_eq!(first(part).as_ref().unwrap_or(genome), genome, "read otherwise where it stands alone");
         let written = genome.to_xml();
@@ -44,7 +46,7 @@ pub(crate) fn genome(data: &[u8]) -> bool {
                 <= flames.iter().map(|(genome, _)| genome.with_symmetry().xforms.len()).max().unwrap_or(0)
         );
     }
-    !flames.is_empty()
+    parts.is_ok_and(|parts| !parts.is_empty() && parts.iter().all(|part| part.genome.is_ok()))
 }
 
 /// A small picture of a file of one genome: refused, or drawn within its demand.

@@ -19,9 +19,9 @@ macro_rules! choices {
                 match self { $($choice::$variant => $name),* }
             }
 
-            /// The alternative spelled `name`.
+            /// The alternative spelled `name`, in letters of any case.
             pub fn named(name: &str) -> Option<$choice> {
-                $choice::ALL.iter().copied().find(|choice| choice.name() == name)
+                $choice::ALL.iter().copied().find(|choice| choice.name().eq_ignore_ascii_case(name.trim()))
             }
         }
     )*};
@@ -118,5 +118,12 @@ choices! {
         Old "old",
         /// The same: `flam3-genome` prints no difference.
         Older "older",
+    }
+}
+
+impl HuePath {
+    /// The alternative that a program means by `name`: its spelling, or `hsv2`, as Fractorium calls the circular one.
+    pub(super) fn read(name: &str) -> Option<HuePath> {
+        if name.trim().eq_ignore_ascii_case("hsv2") { Some(HuePath::HsvCircular) } else { HuePath::named(name) }
     }
 }

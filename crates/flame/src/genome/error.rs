@@ -38,6 +38,12 @@ pub enum GenomeError {
         /// How many there are.
         found: usize,
     },
+    /// A flame consists of layers, as JWildfire mixes them.
+    #[error("{place}: a `jwf-flame` has layers, which are not drawn, expected a `flame`")]
+    Layers {
+        /// Where it begins.
+        place: Place,
+    },
     /// The text holds more than is read.
     #[error("{place}: {found} {what}, at most {most} are read")]
     Limit {
@@ -89,13 +95,31 @@ pub enum GenomeError {
 }
 
 impl Place {
+    /// Where every text begins.
+    pub(super) const START: Place = Place { line: 1, column: 1 };
+
+    /// The place behind `text`, which begins here.
+    pub(super) fn after(self, text: &str) -> Place {
+        self.of_inner(Place::of(text, text.len()))
+    }
+
+    /// The place in the whole text of a place in a part of it that begins here.
+    pub(super) fn of_inner(self, inner: Place) -> Place {
+        let column = if inner.line == 1 { self.column + inner.column - 1 } else { inner.column };
+        Place { line: self.line + inner.line - 1, column }
+    }
+
     /// The place of the byte `at` in `text`.
     pub(super) fn of(text: &str, at: usize) -> Place {
         let before = &text[..text.floor_char_boundary(at)];
-        let (lines, last) =
-            before.rsplit_once('\n').map_or((0, before), |(above, last)| (above.split('\n').count(), last));
+        let (lines, last) = before.rsplit_once('\n').map_or((0, before), |(above, last)| (newlines(above) + 1, last));
         Place { line: lines as u32 + 1, column: last.chars().count() as u32 + 1 }
     }
+}
+
+/// How many lines end in `text`; counted byte by byte, which the compiler does for many at once.
+fn newlines(text: &str) -> usize {
+    text.bytes().filter(|byte| *byte == b'\n').count()
 }
 
 impl fmt::Display for Place {
@@ -105,10 +129,12 @@ impl fmt::Display for Place {
 }
 
 impl GenomeError {
-    /// The same error in a text that has `columns` fewer characters at its start.
-    pub(super) fn moved(mut self, columns: u32) -> GenomeError {
+    /// The same error in a text of which the one that was read is a part: it begins at `start`, behind `columns`
+    /// characters of its own.
+    pub(super) fn moved(mut self, start: Place, columns: usize) -> GenomeError {
         let place = match &mut self {
             GenomeError::Attribute { place, .. }
+            | GenomeError::Layers { place }
             | GenomeError::Limit { place, .. }
             | GenomeError::Palette { place, .. } => place,
             GenomeError::Count { .. }
@@ -117,8 +143,9 @@ impl GenomeError {
             | GenomeError::Xml { .. } => return self,
         };
         if place.line == 1 {
-            place.column -= columns;
+            place.column -= columns as u32;
         }
+        *place = start.of_inner(*place);
         self
     }
 }

@@ -13,7 +13,7 @@ use super::limits::check;
 use super::palette::{from_hsv, to_hsv};
 use super::palette_xml::{hex, index};
 use super::parse::{not_xml, place, shown};
-use super::{Element, Genome, GenomeError, Palette};
+use super::{Element, Genome, GenomeError, Palette, Place};
 
 /// The digits of a colour in a library, of which the first two mean nothing.
 const DIGITS: usize = 8;
@@ -42,11 +42,11 @@ impl Library {
     /// [`GenomeError`] names place and value of what is no palette.
     pub fn parse(text: &str) -> Result<Library, GenomeError> {
         check(text)?;
-        let document = Document::parse(text).map_err(|error| not_xml(&error))?;
+        let document = Document::parse(text).map_err(|error| not_xml(&error, Place::START))?;
         let mut palettes = BTreeMap::new();
         for node in document.descendants().filter(|node| node.has_tag_name("palette")) {
             let entries = hex(node, node.attribute("data").unwrap_or_default(), DIGITS, 2)?;
-            palettes.insert(index(node, "number")?, Palette { entries });
+            palettes.insert(index(node, "number")?, Palette::resampled(&entries));
         }
         Ok(Library { palettes })
     }

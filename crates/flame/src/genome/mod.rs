@@ -14,6 +14,7 @@ mod finish_xml;
 mod library;
 mod limits;
 mod lineage;
+mod mend;
 mod origin;
 pub(crate) mod palette;
 mod palette_xml;
@@ -21,8 +22,10 @@ mod parse;
 mod pose;
 mod program;
 mod size;
+mod split;
 mod symmetry;
 mod unsupported;
+mod value;
 mod wave;
 mod write;
 
@@ -36,6 +39,7 @@ pub use palette::Palette;
 pub use pose::Pose;
 pub use program::Program;
 pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
+pub use split::Part;
 pub use wave::Wave;
 
 pub use crate::affine::Affine;

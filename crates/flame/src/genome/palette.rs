@@ -21,6 +21,17 @@ impl Palette {
         Palette { entries: (0..Palette::LEN).map(entry).collect() }
     }
 
+    /// The palette of `colours`, which are any number above 0: each of the 256 is blended from the two nearest ones, the
+    /// first and the last stay.
+    pub(crate) fn resampled(colours: &[[f64; 4]]) -> Palette {
+        let last = colours.len() - 1;
+        Palette::from_fn(|i| {
+            let (whole, part) = (i * last / (Palette::LEN - 1), (i * last % (Palette::LEN - 1)) as f64 / 255.0);
+            let [low, high] = [whole, last.min(whole + 1)].map(|at| colours[at]);
+            std::array::from_fn(|c| low[c] * (1.0 - part) + high[c] * part)
+        })
+    }
+
     /// The colour of the entry in which `coordinate` (`0.0..=1.0`) falls.
     pub fn step(&self, coordinate: f64) -> [f64; 4] {
         self.entries[((coordinate * Palette::LEN as f64) as usize).min(Palette::LEN - 1)]
@@ -72,6 +83,20 @@ mod tests {
             let back = from_hsv(to_hsv(rgb));
             assert!(rgb.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-12), "{rgb:?} became {back:?}");
         }
+    }
+
+    #[test]
+    fn a_palette_of_any_length_goes_from_its_first_colour_to_its_last() {
+        for length in [1, 2, 100, 256, 512, 1024] {
+            let ramp: Vec<[f64; 4]> =
+                (0..length).map(|i| [200.0 * f64::from(i) / f64::from(length), 0.0, 0.0, 255.0]).collect();
+            let entries = Palette::resampled(&ramp).entries;
+            assert_eq!((entries[0], entries[255], entries.len()), (ramp[0], ramp[ramp.len() - 1], 256), "{length}");
+            let step = (entries[255][0] - entries[0][0]) / 255.0;
+            assert!(entries.windows(2).all(|pair| (pair[1][0] - pair[0][0] - step).abs() < 1e-9), "{length}");
+        }
+        let own: Vec<[f64; 4]> = (0..256).map(|i| [f64::from(i * 77 % 256), 1.0, 2.0, 3.0]).collect();
+        assert_eq!(Palette::resampled(&own).entries, own, "256 colours stay to the bit");
     }
 
     #[test]

@@ -7,6 +7,7 @@
 use roxmltree::Node;
 
 use super::parse::{list, place, shown};
+use super::value::integer;
 use super::{Genome, GenomeError, Palette};
 
 /// A place that no colour has been given for.
@@ -31,7 +32,7 @@ pub(super) fn read(node: Node, genome: &mut Genome) -> Result<(), GenomeError> {
         }
         "colors" => {
             let data = node.attribute("data").unwrap_or_default();
-            palette.entries = hex(node, data, 8, 2)?;
+            *palette = Palette::resampled(&hex(node, data, 8, 2)?);
         }
         _ => {
             let format = node.attribute("format").unwrap_or("RGB");
@@ -40,7 +41,7 @@ pub(super) fn read(node: Node, genome: &mut Genome) -> Result<(), GenomeError> {
                 "RGBA" => 8,
                 _ => return Err(refuse(node, &format!("format `{format}`"), "format `RGB` or `RGBA`")),
             };
-            palette.entries = hex(node, node.text().unwrap_or_default(), digits, 0)?;
+            *palette = Palette::resampled(&hex(node, node.text().unwrap_or_default(), digits, 0)?);
         }
     }
     Ok(())
@@ -65,8 +66,8 @@ pub(super) fn fill(genome: &mut Genome) {
 /// `<color index rgb/>` or `<color index rgba/>`: alpha of the latter in `0.0..=255.0`.
 fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
     let index = node.attribute("index").unwrap_or_default();
-    let index = match index.trim().parse::<usize>() {
-        Ok(index) if index < Palette::LEN => index,
+    let index = match integer::<usize>(index) {
+        Some(index) if index < Palette::LEN => index,
         _ => return Err(refuse(node, &format!("index `{index}`"), "an index of 0 to 255")),
     };
     let value = node.attribute("rgba").or(node.attribute("rgb")).unwrap_or_default();
@@ -77,13 +78,26 @@ fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
     }
 }
 
-/// 256 colours of `digits` hexadecimal digits each, of which the first `skip` mean nothing.
+/// What is told of the colours of `node` if they are not 256: those that are drawn are blended from them.
+pub(super) fn note(node: Node) -> Option<String> {
+    let is_palette = matches!(node.tag_name().name(), "palette" | "colors") && has_colours(node);
+    let count = is_palette.then(|| count(node)).flatten().filter(|count| *count != Palette::LEN)?;
+    Some(format!("its palette has {count} colours, drawn as {}", Palette::LEN))
+}
+
+/// How many colours `node` says that it has: 256 unless it says otherwise.
+fn count(node: Node) -> Option<usize> {
+    node.attribute("count").map_or(Some(Palette::LEN), |count| integer(count).filter(|count| *count > 0))
+}
+
+/// The colours of `digits` hexadecimal digits each, of which the first `skip` mean nothing: as many as `node` says.
 pub(super) fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4]>, GenomeError> {
     let symbols: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).collect();
-    if symbols.len() != digits * Palette::LEN {
-        return Err(refuse(node, &format!("{} digits", symbols.len()), "256 colours of 6 or 8 digits"));
+    if count(node).is_none_or(|count| count.checked_mul(digits) != Some(symbols.len())) {
+        let found = format!("{} digits", symbols.len());
+        return Err(refuse(node, &found, "256 colours, or as many as its `count`, of 6 or 8 digits"));
     }
-    let mut entries = Vec::with_capacity(Palette::LEN);
+    let mut entries = Vec::with_capacity(symbols.len() / digits);
     for colour in symbols.chunks(digits) {
         let mut entry = [255.0; 4];
         for (slot, pair) in entry.iter_mut().zip(colour[skip..].chunks(2)) {
@@ -101,7 +115,7 @@ pub(super) fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<
 /// The number of a palette in the attribute `name`.
 pub(super) fn index(node: Node, name: &str) -> Result<i32, GenomeError> {
     let value = node.attribute(name).unwrap_or_default();
-    value.trim().parse().map_err(|_| refuse(node, &format!("{name} `{value}`"), "a whole number"))
+    integer(value).ok_or_else(|| refuse(node, &format!("{name} `{value}`"), "a whole number"))
 }
 
 fn refuse(node: Node, found: &str, expected: &'static str) -> GenomeError {

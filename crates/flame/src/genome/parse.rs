@@ -3,13 +3,13 @@
 //! Owns the attribute names for reading; `write.rs` has them for writing, and a property test compares the two. Whether
 //! a flame can be rendered is checked later: unknown attributes are kept.
 //!
-//! Start at [`Genome::parse_all`].
+//! Start at [`genome`]; `split.rs` finds the flames of a text.
 
 use std::str::FromStr;
 
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
-use super::limits::check;
+use super::value::{integer, without_nan};
 use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place, Space,
     TemporalShape, Wave, Xform,
@@ -18,9 +18,6 @@ use crate::variations::{Kind, Part, Slot, Spelling, Variation};
 
 /// How many characters of a wrong value are told.
 const SHOWN: usize = 80;
-
-/// What is put before flames that have no root.
-const ROOT: &str = "<flames>";
 
 /// What an attribute's value turned out to be.
 pub(super) enum Read {
@@ -32,90 +29,26 @@ pub(super) enum Read {
     Wrong(&'static str),
 }
 
-impl Genome {
-    /// Reads every `<flame>` of a text, at any depth and under any root, in file order.
-    ///
-    /// # Errors
-    /// [`GenomeError`] names place, attribute and value. A text without flames is an empty list. A text of more than 16
-    /// MiB, 500,000 elements, 1,000,000 attributes or 10,000 flames is refused before it is parsed, and so are 400
-    /// attributes of one element, 10,000 elements in one and 1000 in each other.
-    pub fn parse_all(text: &str) -> Result<Vec<Genome>, GenomeError> {
-        Ok(Self::split(text)?.into_iter().map(|(genome, _)| genome).collect())
+/// Reads a `<flame>`.
+pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
+    if node.has_tag_name(super::split::LAYERED) {
+        return Err(GenomeError::Layers { place: place(node) });
     }
-
-    /// Reads every `<flame>` as [`Genome::parse_all`] does, each with its own part of the text, byte for byte: what a
-    /// file of this one flame would hold. Several flames may stand one after the other without a root, as in Electric
-    /// Sheep's files, each under an XML declaration of its own.
-    ///
-    /// # Errors
-    /// As [`Genome::parse_all`].
-    pub fn split(text: &str) -> Result<Vec<(Genome, &str)>, GenomeError> {
-        check(text)?;
-        let error = match Document::parse(text) {
-            Ok(document) => return flames(&document, text, 0),
-            Err(error) => not_xml(&error),
-        };
-        let rooted = rooted(text);
-        match Document::parse(&rooted).map(|document| flames(&document, text, ROOT.len())) {
-            Ok(Ok(flames)) if !flames.is_empty() => Ok(flames),
-            Ok(Err(error)) => Err(error.moved(ROOT.len() as u32)),
-            Ok(Ok(_)) | Err(_) => Err(error),
-        }
-    }
-
-    /// Reads the one flame of a text.
-    ///
-    /// # Errors
-    /// As [`Genome::parse_all`]; [`GenomeError::Count`] where there is none or more than one.
-    pub fn parse(text: &str) -> Result<Genome, GenomeError> {
-        let mut flames = Genome::parse_all(text)?;
-        match (flames.pop(), flames.len()) {
-            (Some(only), 0) => Ok(only),
-            (last, rest) => Err(GenomeError::Count { found: rest + usize::from(last.is_some()) }),
-        }
-    }
-}
-
-/// The flames of `document`, which has so many bytes before those of `text`.
-fn flames<'t>(document: &Document, text: &'t str, before: usize) -> Result<Vec<(Genome, &'t str)>, GenomeError> {
-    let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
-    let part = |node: Node| &text[node.range().start - before..node.range().end - before];
-    flames.map(|node| Ok((genome(node)?, part(node)))).collect()
-}
-
-/// `text` in a root, with blanks in place of its XML declarations: other bytes keep their lines and their order.
-fn rooted(text: &str) -> String {
-    let mut rooted = ROOT.to_owned();
-    let mut rest = text;
-    while let Some(((before, after), end)) =
-        rest.split_once("<?xml").and_then(|parts| Some((parts, parts.1.find("?>")?)))
-    {
-        let (declaration, after) = after.split_at(end + "?>".len());
-        rooted += before;
-        rooted.extend("<?xml".chars().chain(declaration.chars()).flat_map(blanks));
-        rest = after;
-    }
-    rooted + rest + "</flames>"
-}
-
-/// As many bytes as `c` has, without a meaning.
-fn blanks(c: char) -> impl Iterator<Item = char> {
-    std::iter::repeat_n(if c == '\n' { c } else { ' ' }, c.len_utf8())
-}
-
-fn genome(node: Node) -> Result<Genome, GenomeError> {
     let mut genome = Genome::default();
     // The number of the only transform that is seen; below 0 all are.
     let mut alone: i64 = -1;
     for attribute in attributes(node) {
-        if attribute.name() == "soloxform" {
-            alone = attribute.value().trim().parse().map_err(|_| wrong(node, attribute, "a transform's number"))?;
+        if attribute.name() == "soloxform" && is_said(attribute.value()) {
+            let found = integer(attribute.value());
+            alone = found.ok_or_else(|| wrong(node, attribute, "a transform's number"))?;
             continue;
         }
         match flame_attribute(&mut genome, attribute.name(), attribute.value()) {
             Read::Taken => {}
             Read::Unknown => genome.extra.push((attribute.name().into(), attribute.value().into())),
-            Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
+            // A value that is empty says nothing.
+            Read::Wrong(expected) if is_said(attribute.value()) => return Err(wrong(node, attribute, expected)),
+            Read::Wrong(_) => {}
         }
     }
     for child in node.children().filter(Node::is_element) {
@@ -142,6 +75,18 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
     Ok(genome)
 }
 
+/// What of a `<flame>` is read otherwise than it is written, in words.
+pub(super) fn notes(node: Node) -> Vec<String> {
+    let center = node.attribute("center").unwrap_or_default();
+    let read = without_nan(center);
+    let moved = (read != center).then(|| format!("its center is `{}`, read as `{}`", shown(center), shown(&read)));
+    moved.into_iter().chain(node.children().find_map(super::palette_xml::note)).collect()
+}
+
+fn is_said(value: &str) -> bool {
+    !value.trim().is_empty()
+}
+
 fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
     let Genome { camera, sampling, tone, .. } = genome;
     if let Some(slot) = camera.pose.number(name) {
@@ -166,8 +111,14 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
             Read::Taken
         }
         "time" => number(&mut genome.time, value),
-        "size" => numbers(&mut camera.size, value, "two whole numbers"),
-        "center" => numbers(&mut camera.center, value, "two numbers"),
+        "size" => match value.split_whitespace().map(integer).collect::<Option<Vec<u32>>>().as_deref() {
+            Some(&[width, height]) => {
+                camera.size = [width, height];
+                Read::Taken
+            }
+            _ => Read::Wrong("two whole numbers"),
+        },
+        "center" => numbers(&mut camera.center, &without_nan(value), "two numbers"),
         "scale" => number(&mut camera.scale, value),
         "zoom" => number(&mut camera.zoom, value),
         "rotate" => number(&mut camera.rotate, value),
@@ -191,17 +142,11 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
         "gamma_threshold" => number(&mut tone.gamma_threshold, value),
         "vibrancy" => number(&mut tone.vibrancy, value),
         "highlight_power" => number(&mut tone.highlight_power, value),
-        "palette" => match value.trim().parse() {
-            Ok(number) => {
-                genome.palette_number = Some(number);
-                Read::Taken
-            }
-            Err(_) => Read::Wrong("a whole number"),
-        },
+        "palette" => choice(&mut genome.palette_number, integer(value).map(Some), "a whole number"),
         "hue" => number(&mut genome.hue, value),
         "palette_mode" => choice(&mut genome.palette_mode, PaletteMode::named(value), "`step` or `linear`"),
         "palette_interpolation" => {
-            choice(&mut genome.hue_path, HuePath::named(value), "`rgb`, `hsv`, `hsv_circular` or `sweep`")
+            choice(&mut genome.hue_path, HuePath::read(value), "`rgb`, `hsv`, `hsv_circular` or `sweep`")
         }
         "hsv_rgb_palette_blend" => number(&mut genome.hue_path_rgb, value),
         "interpolation" => choice(&mut genome.interpolation, Interpolation::named(value), "`linear` or `smooth`"),
@@ -352,7 +297,7 @@ fn apply_priority(xform: &mut Xform, name: &str, value: &str) -> bool {
 
 fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {
     let value = node.attribute("kind").unwrap_or_default();
-    value.trim().parse().map_err(|_| GenomeError::Attribute {
+    integer(value).ok_or_else(|| GenomeError::Attribute {
         place: place(node),
         element: "symmetry".into(),
         attribute: "kind".into(),
@@ -391,13 +336,7 @@ fn number(slot: &mut f64, value: &str) -> Read {
 }
 
 fn whole(slot: &mut u32, value: &str) -> Read {
-    match value.trim().parse() {
-        Ok(number) if number > 0 => {
-            *slot = number;
-            Read::Taken
-        }
-        _ => Read::Wrong("a whole number above 0"),
-    }
+    choice(slot, integer(value).filter(|number| *number > 0), "a whole number above 0")
 }
 
 fn choice<T>(slot: &mut T, found: Option<T>, expected: &'static str) -> Read {
@@ -437,12 +376,6 @@ impl Finite for f64 {
     }
 }
 
-impl Finite for u32 {
-    fn finite(&self) -> bool {
-        true
-    }
-}
-
 pub(super) fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) -> GenomeError {
     GenomeError::Attribute {
         place: Place::of(node.document().input_text(), attribute.range().start),
@@ -463,9 +396,15 @@ pub(super) fn place(node: Node) -> Place {
     Place::of(node.document().input_text(), node.range().start)
 }
 
-/// The parser's error: its beginning, and its end, which has line and column.
-pub(super) fn not_xml(error: &roxmltree::Error) -> GenomeError {
-    let reason = error.to_string();
+/// The parser's error on a text that begins at `start` of a larger one: its beginning, and its end, which has line and
+/// column.
+pub(super) fn not_xml(error: &roxmltree::Error, start: Place) -> GenomeError {
+    let mut reason = error.to_string();
+    let inner = error.pos();
+    if let Some((before, after)) = reason.rsplit_once(&format!(" at {inner}")) {
+        let Place { line, column } = start.of_inner(Place { line: inner.row, column: inner.col });
+        reason = format!("{before} at {line}:{column}{after}");
+    }
     let end = reason.char_indices().rev().nth(SHOWN - 1).map_or("", |(start, _)| &reason[start..]);
     let is_long = reason.chars().count() > 2 * SHOWN;
     GenomeError::Xml { reason: if is_long { shown(&reason) + end } else { reason } }
@@ -476,39 +415,5 @@ pub(super) fn shown(value: &str) -> String {
     match value.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &value[..end]),
         None => value.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn flames_without_a_root_are_read_as_those_in_one_with_their_own_bytes_and_lines() {
-        let flame = |name: &str| format!("<flame name=\"{name}\">\n<xform weight=\"1\" linear=\"1\"/></flame>");
-        let (first, second) = (flame("a"), flame("b\u{e9}"));
-        let declared = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-        for text in [
-            format!("{first}\n{second}\n"),
-            format!("{declared}{first}{declared}{second}"),
-            format!("<get id=\"7\">{declared}{first}\n{second}</get>"),
-            format!("<?xml\n version=\"1.0\"?>{first}<!-- between -->{second}"),
-        ] {
-            let found: Vec<&str> = Genome::split(&text).unwrap().into_iter().map(|(_, part)| part).collect();
-            assert_eq!(found, [&first, &second], "{text}");
-        }
-        let wrong = format!("{first}\n{}", second.replace("weight=\"1\"", "weight=\"x\""));
-        assert!(matches!(
-            Genome::split(&wrong),
-            Err(GenomeError::Attribute { place: Place { line: 4, column: 8 }, .. })
-        ));
-        let first_wrong = "<flame time=\"x\"/><flame/>";
-        assert!(matches!(
-            Genome::split(first_wrong),
-            Err(GenomeError::Attribute { place: Place { line: 1, column: 8 }, .. })
-        ));
-        for broken in ["", "no flame", "<a/><b/>", "<flame/><flame>", "<?xml", "<flame/><?xml"] {
-            assert!(matches!(Genome::split(broken), Err(GenomeError::Xml { .. })), "{broken}");
-        }
     }
 }

@@ -5,6 +5,7 @@
 #![allow(clippy::float_cmp, reason = "values are read, not computed")]
 
 use crate::bred;
+use flame::genome::{HuePath, PaletteMode};
 use flame::{Genome, GenomeError};
 use proptest::prelude::{any, prop_assert_eq, proptest};
 
@@ -50,10 +51,49 @@ fn a_wrong_value_is_named_with_its_line_and_its_column() {
     let short = Genome::parse("<flame><palette format=\"RGB\">00ff</palette></flame>").unwrap_err();
     assert_eq!(
         short.to_string(),
-        "line 1, column 8: palette `palette` has 4 digits, expected 256 colours of 6 or 8 digits"
+        "line 1, column 8: palette `palette` has 4 digits, expected 256 colours, or as many as its `count`, of 6 or 8 digits"
     );
     let long = Genome::parse(&format!("<flame zoom=\"{}\"/>", "é".repeat(1 << 20))).unwrap_err().to_string();
     assert!(long.len() < 300 && long.starts_with("line 1, column 8: "), "{long}");
+}
+
+#[test]
+fn values_as_other_programs_write_them_are_read() {
+    let text = r#"<flame name="" size="800.0 600.0" supersample="2.0" temporal_samples="1.0" passes="" zoom="" palette="7.0"
+        filter_shape="Gaussian" temporal_filter_type="BOX" palette_mode=" Linear" palette_interpolation="hsv2"
+        center="nan -1.#IND" soloxform=""><symmetry kind="3.0"/><color index="0.0" rgb="9 9 9"/></flame>"#;
+    let genome = Genome::parse(text).unwrap();
+    assert_eq!((genome.camera.size, genome.camera.center, genome.camera.zoom), ([800, 600], [0.0; 2], 0.0));
+    assert_eq!((genome.sampling.supersample, genome.sampling.temporal_samples, genome.sampling.passes), (2, 1, 1));
+    assert_eq!((genome.palette_number, genome.symmetries.as_slice()), (Some(7), [3].as_slice()));
+    assert_eq!((genome.palette_mode, genome.hue_path), (PaletteMode::Linear, HuePath::HsvCircular));
+    let notes = &Genome::split(text).unwrap()[0].notes;
+    assert_eq!(notes, &["its center is `nan -1.#IND`, read as `0 0`"]);
+    for (attribute, value) in [("temporal_samples", "1.5"), ("size", "8.5 6"), ("center", "inf 0"), ("palette", "1.5")]
+    {
+        let refused = Genome::parse(&format!(r#"<flame {attribute}="{value}"/>"#)).unwrap_err().to_string();
+        assert!(refused.contains(&format!("`{attribute}` of `flame` is `{value}`")), "{refused}");
+    }
+}
+
+#[test]
+fn a_palette_may_have_as_many_colours_as_its_count() {
+    let of = |count: &str, colours: usize| {
+        let colours: String = (0..colours).map(|i| format!("{:02x}0000", i * 255 / (colours - 1))).collect();
+        format!("<flame><palette {count} format=\"RGB\">{colours}</palette></flame>")
+    };
+    let ramp = Genome::parse(&of("", 256)).unwrap().palette.unwrap();
+    for count in [2, 100, 512, 1024] {
+        let text = of(&format!("count=\"{count}\""), count);
+        let part = Genome::split(&text).unwrap().remove(0);
+        assert_eq!(part.notes, [format!("its palette has {count} colours, drawn as 256")]);
+        let found = part.genome.unwrap().palette.unwrap();
+        let off = found.entries.iter().zip(&ramp.entries).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max);
+        assert!(off <= 1.0, "{count}: {off}");
+    }
+    for (count, colours) in [("count=\"512\"", 256), ("", 512), ("count=\"0\"", 256), ("count=\"x\"", 256)] {
+        assert!(matches!(Genome::parse(&of(count, colours)), Err(GenomeError::Palette { .. })), "{count} {colours}");
+    }
 }
 
 #[test]

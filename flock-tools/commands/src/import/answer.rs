@@ -32,6 +32,10 @@ pub(super) struct Answer {
     pub(super) tombstones: usize,
     /// Links to folders that are searched anyway.
     pub(super) links: usize,
+    /// Folders that are hidden, or hold deleted files or a system's own.
+    pub(super) hidden: usize,
+    /// Files with the key frames of one animation, of which sheep were made.
+    pub(super) key_frames: usize,
     pub(super) interrupted: bool,
     /// What the genomes' names and flames tell the credits.
     #[serde(skip)]
@@ -170,7 +174,8 @@ impl ClipAnswer {
 impl Answer {
     /// Adds what became of the genomes.
     pub(super) fn take(&mut self, told: GenomesAnswer) {
-        let GenomesAnswer { genomes, transitions, left_out, notes } = told;
+        let GenomesAnswer { genomes, transitions, left_out, key_frames, notes } = told;
+        self.key_frames += key_frames;
         self.genomes.extend(genomes);
         self.transitions.extend(transitions);
         self.left_out.extend(left_out);
@@ -201,6 +206,11 @@ impl Answer {
         for id in &self.added {
             print::note(&format!("note: sheep `{id}` is added without a loop: it is only passed through"));
         }
+        for GenomeAnswer { sheep, notes, .. } in &self.genomes {
+            for what in notes {
+                print::note(&format!("note: of genome `{sheep}` {what}"));
+            }
+        }
         for SkippedFile { source, reason } in &self.left_out {
             print::note(&format!("left out `{}`: {reason}", print::path(source)));
         }
@@ -216,9 +226,14 @@ impl Answer {
                 print::note(&format!("note: {} passed over, {what}", print::count(count, "file")));
             }
         }
-        if self.links > 0 {
-            let links = print::count(self.links, "link");
-            print::note(&format!("note: {links} passed over, to folders that are searched anyway"));
+        for (count, what, why) in [
+            (self.links, "link", "passed over, to folders that are searched anyway"),
+            (self.hidden, "folder", "passed over, hidden or of deleted files; it is searched if it is named"),
+            (self.key_frames, "file", "with the key frames of one animation, which moves here in a way of its own"),
+        ] {
+            if count > 0 {
+                print::note(&format!("note: {} {why}", print::count(count, what)));
+            }
         }
         if self.interrupted {
             print::note("interrupted; the same command continues where this one stopped");

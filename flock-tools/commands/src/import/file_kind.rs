@@ -21,6 +21,13 @@ const VIDEOS: &[&str] = &[
 ];
 /// An ending of flames besides that of the species.
 const FLAME: &str = "flame";
+/// The ending of JWildfire's movies, in which flames lie.
+const MOVIE: &str = "jwfmovie";
+/// The ending of Chaotica's files.
+const CHAOS: &str = "chaos";
+/// Why a file of Chaotica is left out.
+pub(super) const CHAOTICA: &str =
+    "is a file of Chaotica, a format that is not read (expected flam3 XML: import the flame that it was made from)";
 /// The ending in place of a clip that was voted down or deleted.
 const TOMBSTONE: &str = "xxx";
 /// Endings of clips that are still being fetched.
@@ -66,7 +73,9 @@ pub(super) fn file_kind(path: &Path) -> FileKind {
         FileKind::Tombstone
     } else if PARTIAL.contains(&ending) && stem.contains('=') {
         unclear("it was not fetched to its end".to_owned())
-    } else if ending == FLAME || species::endings().contains(&ending) {
+    } else if ending == CHAOS {
+        unclear(CHAOTICA.to_owned())
+    } else if [FLAME, MOVIE].contains(&ending) || species::endings().contains(&ending) {
         FileKind::Genomes
     } else if VIDEOS.contains(&ending) {
         let told = path.file_stem().map(|stem| print::path(Path::new(stem))).unwrap_or_default();
@@ -125,7 +134,7 @@ mod tests {
         let ram = ClipRole::Transition(id("ram"), id("ewe"));
         assert_eq!(kind("ram=ewe.mkv"), FileKind::Clip(ram, Origin::Unknown));
         assert_eq!(kind("00202=67501=67501=67501.xxx"), FileKind::Tombstone);
-        for genomes in ["a.flam3", "b.FLAME", "c.expr"] {
+        for genomes in ["a.flam3", "b.FLAME", "c.expr", "d.jwfmovie"] {
             assert_eq!(kind(genomes), FileKind::Genomes, "{genomes}");
         }
         for other in ["list.xml", "frost.jpg", "readme", ".avi", "notes.txt", "x.tmp", "202=1=1=1.jpg", "a=b.bak"] {
@@ -149,6 +158,7 @@ mod tests {
             "00202=67501=67501=67501",
             "00202=67501=67501=67501.old",
             "._00202=67501=67501=67501.avi",
+            "works.chaos",
         ] {
             assert!(matches!(file_kind(Path::new(odd)), FileKind::Unclear(_)), "{odd}");
         }

@@ -6,11 +6,11 @@
 //!
 //! Start at [`GenomeFile::read`].
 
-use std::fs;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use ::species::{Lineage, Settings};
-use flame::genome::Origin;
+use flame::genome::{Origin, Part};
 use flame::{Backend, Genome};
 use flock::{ClipHash, SheepId};
 use operations::credits::Said;
@@ -18,6 +18,9 @@ use operations::flock_folder::paths;
 use operations::program::{chain, print};
 use operations::species;
 
+use super::file_kind;
+use super::key_frames::{self, KeyFrames};
+use super::names::id;
 use crate::import::electric::ElectricName;
 
 /// A file of genomes.
@@ -26,8 +29,11 @@ pub(super) struct GenomeFile {
     pub(super) source: PathBuf,
     /// Whether it is the transition between the sheep of its two flames; else each genome is a sheep.
     pub(super) is_transition: bool,
-    /// At least one.
     pub(super) genomes: Vec<NamedGenome>,
+    /// Why other flames of it have no genome.
+    pub(super) left_out: Vec<String>,
+    /// Whether its flames are the key frames of one animation.
+    pub(super) is_animation: bool,
     /// What Electric Sheep calls the file.
     pub(super) electric: Option<ElectricName>,
 }
@@ -35,8 +41,6 @@ pub(super) struct GenomeFile {
 /// A genome of a file.
 #[derive(Debug)]
 pub(super) struct NamedGenome {
-    /// From 1.
-    pub(super) number: usize,
     /// What it draws.
     pub(super) key: GenomeKey,
     /// What it says of its origin.
@@ -45,12 +49,23 @@ pub(super) struct NamedGenome {
     pub(super) ending: &'static str,
     /// Its part of the file, byte for byte.
     pub(super) text: String,
-    /// The id of its sheep; `None` if its name is no id.
-    pub(super) id: Option<SheepId>,
+    /// The id of its sheep.
+    pub(super) id: SheepId,
     /// Whether Electric Sheep's name of the flame says so, or the ends in the name of the file.
     pub(super) is_certain: bool,
     /// What Electric Sheep calls the flame.
     pub(super) electric: Option<ElectricName>,
+    /// What was read otherwise than it is written.
+    pub(super) notes: Vec<String>,
+}
+
+/// A flame of a file.
+struct ReadFlame {
+    /// From 1.
+    number: usize,
+    genome: Genome,
+    text: String,
+    notes: Vec<String>,
 }
 
 /// What a genome draws, whatever it is called and whoever made it.
@@ -58,58 +73,61 @@ pub(super) struct NamedGenome {
 pub(super) struct GenomeKey(ClipHash);
 
 impl GenomeFile {
-    /// Reads the file `source`; or says why it is left out.
-    pub(super) fn read(source: &Path) -> Result<Self, String> {
-        let text = fs::read_to_string(source).map_err(|error| format!("cannot be read: {error}"))?;
+    /// Reads the file `source`, of which `key_frames` says what becomes of an animation; or says why it is left out.
+    pub(super) fn read(source: &Path, key_frames: Option<KeyFrames>) -> Result<Self, String> {
+        let text = species::text(source).map_err(|why| {
+            let hint = why.hint.map_or(String::new(), |hint| format!("; {hint}"));
+            format!("cannot be read: {}{hint}", chain(&*why.source))
+        })?;
         if !species::is_of_flames(source, &text) {
             return Self::of_other_species(source, text);
         }
-        let flames = Genome::split(&text).map_err(|error| format!("is not readable: {}", chain(&error)))?;
-        if flames.is_empty() {
-            return Err("has no flame".to_owned());
+        let parts = Genome::split(&text).map_err(|error| format!("is not readable: {}", chain(&error)))?;
+        if parts.is_empty() {
+            return Err(if text.contains("<IFS") { file_kind::CHAOTICA } else { "has no flame" }.to_owned());
         }
-        let stem = source.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        let electric = ElectricName::of_file(stem);
-        let is_transition = flames.len() == 2 && (electric.is_some() || ends(stem, electric.as_ref()).is_some());
+        let stem = source.file_stem().map(OsStr::to_string_lossy).unwrap_or_default();
+        let electric = ElectricName::of_file(&stem);
+        let is_transition = parts.len() == 2 && (electric.is_some() || ends(&stem, electric.as_ref()).is_some());
+        let several = parts.len() > 1;
+        let (mut flames, left_out) = sound(parts);
+        if let Some(reason) = left_out.first().filter(|_| is_transition) {
+            return Err(reason.clone());
+        }
+        let moments: Vec<&Genome> = flames.iter().map(|flame| &flame.genome).collect();
+        let is_animation = !is_transition && left_out.is_empty() && key_frames::is_animation(&moments);
+        match key_frames {
+            None if is_animation => return Err(key_frames::undecided(&moments)),
+            Some(KeyFrames::First) if is_animation => flames.truncate(1),
+            Some(_) | None => {}
+        }
         // A file with the name of a loop is the sheep of that loop.
         let ends =
-            ends(stem, electric.as_ref()).filter(|(from, to)| is_transition || (flames.len() == 1 && from == to));
+            ends(&stem, electric.as_ref()).filter(|(from, to)| is_transition || (flames.len() == 1 && from == to));
         let ends = ends.map_or(Vec::new(), |(from, to)| vec![from, to]);
-        let several = flames.len() > 1;
-        let named = |(at, (genome, text)): (usize, (Genome, &str))| {
-            let name = genome.name.as_deref().map(str::trim).filter(|name| !name.is_empty());
-            let own_name = name.and_then(ElectricName::of_flame);
-            let own = own_name.as_ref().map(ElectricName::sheep);
-            if let Some((own, end)) = own.as_ref().zip(ends.get(at)).filter(|(own, end)| own != end) {
-                return Err(format!("flame {} is `{own}` (expected `{end}`, by the name of the file)", at + 1));
-            }
-            let of_file = || electric.as_ref()?.end_names()?.into_iter().nth(at);
-            let electric = own_name.or_else(|| ends.get(at).and_then(|_| of_file()));
-            let certain = ends.get(at).cloned().or(own);
-            let is_certain = certain.is_some();
-            let id = certain.or_else(|| id(name, stem, several.then_some(at + 1)));
-            let (key, origin) = (GenomeKey::of_flame(&genome), genome.origin());
-            let (number, text) = (at + 1, text.to_owned());
-            Ok(NamedGenome { number, key, origin, ending: paths::GENOME, text, id, is_certain, electric })
-        };
-        let mut genomes = flames.into_iter().enumerate().map(named).collect::<Result<Vec<_>, _>>()?;
+        let several = several && !(is_animation && flames.len() == 1);
+        let called = |(at, flame): (usize, ReadFlame)| called(flame, &stem, several, electric.as_ref(), ends.get(at));
+        let mut genomes = flames.into_iter().enumerate().map(called).collect::<Result<Vec<_>, _>>()?;
         let is_loop = is_transition && genomes.iter().all(|flame| flame.is_certain && flame.id == genomes[0].id);
         if is_loop {
             genomes.truncate(1);
         }
-        Ok(Self { source: source.to_owned(), is_transition: is_transition && !is_loop, genomes, electric })
+        let (source, is_transition) = (source.to_owned(), is_transition && !is_loop);
+        Ok(Self { source, is_transition, genomes, left_out, is_animation, electric })
     }
 
     /// A file with one genome of another species, which is called by its name or else by its file.
     fn of_other_species(source: &Path, text: String) -> Result<Self, String> {
         let genome = species::parse(source, &text, &Backend::default());
         let genome = genome.map_err(|why| format!("is not readable: {}", chain(&*why.source)))?;
-        let stem = source.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        let id = id(genome.name().map(str::trim).filter(|name| !name.is_empty()), stem, None);
+        let stem = source.file_stem().map(OsStr::to_string_lossy).unwrap_or_default();
+        let id = id(genome.name(), &stem, None);
         let (key, ending) = (GenomeKey::of(&*genome), species::ending(source, &text));
-        let (number, origin, is_certain, electric) = (1, origin(&*genome), false, None);
-        let genomes = vec![NamedGenome { number, key, origin, ending, text, id, is_certain, electric }];
-        Ok(Self { source: source.to_owned(), is_transition: false, genomes, electric: None })
+        let (origin, is_certain, electric) = (origin(&*genome), false, None);
+        let notes = Vec::new();
+        let genomes = vec![NamedGenome { key, origin, ending, text, id, is_certain, electric, notes }];
+        let (left_out, is_transition, is_animation) = (Vec::new(), false, false);
+        Ok(Self { source: source.to_owned(), is_transition, genomes, left_out, is_animation, electric: None })
     }
 
     /// The file's name.
@@ -159,6 +177,45 @@ impl GenomeKey {
     }
 }
 
+/// The flames of `parts` that were read; and why the others were not.
+fn sound(parts: Vec<Part<'_>>) -> (Vec<ReadFlame>, Vec<String>) {
+    let is_only = parts.len() == 1;
+    let (mut flames, mut left_out) = (Vec::new(), Vec::new());
+    for (number, Part { genome, text, notes }) in (1..).zip(parts) {
+        match genome {
+            Ok(genome) => flames.push(ReadFlame { number, genome, text: text.into_owned(), notes }),
+            Err(error) if is_only => left_out.push(format!("is not readable: {}", chain(&error))),
+            Err(error) => left_out.push(format!("flame {number} is not readable: {}", chain(&error))),
+        }
+    }
+    (flames, left_out)
+}
+
+/// A flame of a file with one or `several`, called by the name of the sheep that it is as the `end` of a transition, or by
+/// its own, or by the name of the file, of which this is the `stem`; or why the file is left out.
+fn called(
+    flame: ReadFlame,
+    stem: &str,
+    several: bool,
+    file: Option<&ElectricName>,
+    end: Option<&SheepId>,
+) -> Result<NamedGenome, String> {
+    let ReadFlame { number, genome, text, notes } = flame;
+    let name = key_frames::own_name(&genome);
+    let own_name = name.and_then(ElectricName::of_flame);
+    let own = own_name.as_ref().map(ElectricName::sheep);
+    if let Some((own, end)) = own.as_ref().zip(end).filter(|(own, end)| own != end) {
+        return Err(format!("flame {number} is `{own}` (expected `{end}`, by the name of the file)"));
+    }
+    let of_file = || file?.end_names()?.into_iter().nth(number - 1);
+    let electric = own_name.or_else(|| end.and_then(|_| of_file()));
+    let certain = end.cloned().or(own);
+    let is_certain = certain.is_some();
+    let id = certain.unwrap_or_else(|| id(name, stem, several.then_some(number)));
+    let (key, origin, ending) = (GenomeKey::of_flame(&genome), genome.origin(), paths::GENOME);
+    Ok(NamedGenome { key, origin, ending, text, id, is_certain, electric, notes })
+}
+
 /// What a genome of another species says of its origin.
 fn origin(genome: &dyn ::species::Genome) -> Origin {
     let Lineage { authors, licence, parents, .. } = genome.lineage();
@@ -174,31 +231,10 @@ fn ends(stem: &str, electric: Option<&ElectricName>) -> Option<(SheepId, SheepId
     electric.map_or_else(of_ids, ElectricName::ends)
 }
 
-/// The id of a flame: its name, in the letters that an id may have; without one, the file's `stem`, and the flame's number
-/// where the file has several. Electric Sheep's names are those of its clips.
-fn id(name: Option<&str>, stem: &str, number: Option<usize>) -> Option<SheepId> {
-    let told = name.unwrap_or(stem);
-    let told = ElectricName::of_file(told).map_or(told.to_owned(), |name| name.sheep().to_string());
-    let told = number.filter(|_| name.is_none()).map_or(told.clone(), |number| format!("{told}.{number}"));
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
-    SheepId::new(&told.chars().map(plain).collect::<String>()).ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_flame_is_called_by_its_name_or_else_by_its_file() {
-        let id = |name, stem, number| id(name, stem, number).map(|id| id.as_str().to_owned());
-        assert_eq!(id(Some("electricsheep.247.00505"), "x", None).as_deref(), Some("247.505"));
-        assert_eq!(id(None, "electricsheep.247.00505", None).as_deref(), Some("247.505"));
-        assert_eq!(id(None, "electricsheep.165.00002", Some(2)).as_deref(), Some("165.2.2"));
-        assert_eq!(id(Some("Blue Dream #3"), "x", Some(3)).as_deref(), Some("Blue-Dream--3"));
-        assert_eq!(id(None, "best", Some(2)).as_deref(), Some("best.2"));
-        assert_eq!(id(Some("electricsheep.x.y"), "best", None).as_deref(), Some("electricsheep.x.y"));
-        assert_eq!(id(Some(&"n".repeat(65)), "best", None), None);
-    }
+    use std::fs;
 
     /// Whether a file of this name is a transition, and the ids of its flames; or why it is left out.
     fn read(name: &str, flames: &[&str]) -> Result<(bool, Vec<String>), String> {
@@ -207,8 +243,8 @@ mod tests {
         let xform = r#"<xform weight="1" color="0" linear="1" coefs="1 0 0 1 0 0"/>"#;
         let flames: Vec<String> = flames.iter().map(|name| format!("<flame name=\"{name}\">{xform}</flame>")).collect();
         fs::write(&path, format!("<flames>{}</flames>", flames.concat())).unwrap();
-        let file = GenomeFile::read(&path)?;
-        let ids = file.genomes.iter().map(|flame| flame.id.as_ref().unwrap().to_string()).collect();
+        let file = GenomeFile::read(&path, None)?;
+        let ids = file.genomes.iter().map(|flame| flame.id.to_string()).collect();
         Ok((file.is_transition, ids))
     }
 

@@ -21,10 +21,15 @@ use timing::FrameCount;
 
 use super::SkippedFile;
 use super::genome_file::{GenomeFile, GenomeKey, NamedGenome};
+use super::key_frames::KeyFrames;
+use super::names;
 use crate::import::electric::{ATTRIBUTION, ElectricName};
 
 /// After so many sheep and transitions the manifest is saved, so that an interruption costs little.
 const SAVED_AFTER: usize = 1000;
+
+/// The number of the second genome of a name.
+const FIRST: usize = 2;
 
 /// A genome in the answer.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -36,6 +41,9 @@ pub(super) struct GenomeAnswer {
     /// `added`: as a new sheep; `given`: to a sheep without a genome; `replaced`: in place of another one; `stood`: the
     /// sheep had it already.
     pub(super) state: &'static str,
+    /// What of it was read otherwise than it is written.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) notes: Vec<String>,
 }
 
 /// A transition in the answer.
@@ -56,30 +64,42 @@ pub(super) struct GenomesAnswer {
     pub(super) genomes: Vec<GenomeAnswer>,
     pub(super) transitions: Vec<TransitionAnswer>,
     pub(super) left_out: Vec<SkippedFile>,
+    /// Files with the key frames of one animation, of which sheep were made.
+    pub(super) key_frames: usize,
     /// What the names and the flames tell of authors and licences.
     pub(super) notes: Vec<(Subject, Said)>,
 }
 
+/// What the command line says of genomes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GenomeChoices {
+    /// Of the loops and transitions that are yet to be rendered.
+    pub(super) frames: FrameCount,
+    /// What becomes of files with the key frames of one animation; else they are left out.
+    pub(super) key_frames: Option<KeyFrames>,
+    /// Whether other genomes of sheep are replaced, but for those that were imported by the same run.
+    pub(super) force: bool,
+    /// Whether nothing is written.
+    pub(super) dry: bool,
+}
+
 /// Imports every genome of the files `sources` into the flock in `folder`: as the genome of the sheep with its name, or as a
-/// new sheep; and the transitions that some of them are. Loops and transitions of `frames` are yet to be rendered. With
-/// `force` other genomes of sheep are replaced, but for those that were imported by the same run; with `dry` nothing is
-/// written. `answer` is complete even if it fails.
+/// new sheep; and the transitions that some of them are. A genome whose name another one has gets a number. `answer` is
+/// complete even if it fails.
 /// Errors: Those that concern every other file, too.
 pub(super) fn import(
     sources: &[PathBuf],
     folder: &Path,
-    frames: FrameCount,
-    force: bool,
-    dry: bool,
+    choices: &GenomeChoices,
     answer: &mut GenomesAnswer,
 ) -> Result<(), Fatal> {
     if sources.is_empty() {
         return Ok(());
     }
-    let mut import = GenomeImport::start(folder, frames, (force, dry), answer)?;
+    let mut import = GenomeImport::start(folder, *choices, answer)?;
     let mut transitions = Vec::new();
     for source in sources {
-        match GenomeFile::read(source) {
+        match GenomeFile::read(source, choices.key_frames) {
             Ok(file) if file.is_transition => transitions.push(source),
             Ok(file) => import.genomes(&file)?,
             Err(reason) => import.skip(source, reason),
@@ -87,7 +107,7 @@ pub(super) fn import(
     }
     // Read again: of all these files only the names are kept meanwhile.
     for source in transitions {
-        match GenomeFile::read(source) {
+        match GenomeFile::read(source, choices.key_frames) {
             Ok(file) => import.transition(&file)?,
             Err(reason) => import.skip(source, reason),
         }
@@ -98,9 +118,7 @@ pub(super) fn import(
 /// An import of genomes that is under way.
 struct GenomeImport<'a> {
     folder: &'a Path,
-    frames: FrameCount,
-    force: bool,
-    dry: bool,
+    choices: GenomeChoices,
     draft: Draft,
     /// The sheep of the flock, with their genomes.
     sheep: HashMap<SheepId, Option<ClipPath>>,
@@ -110,11 +128,21 @@ struct GenomeImport<'a> {
     is_indexed: bool,
     /// The sheep whose genomes this run has imported, which are not replaced.
     imported: HashSet<SheepId>,
+    numbers: Numbers,
     /// In a dry run, the genomes that it would have written.
     planned: HashMap<SheepId, Original>,
     /// Changes since the manifest was saved.
     unsaved: usize,
     answer: &'a mut GenomesAnswer,
+}
+
+/// The numbers of sheep with equal names.
+#[derive(Default)]
+struct Numbers {
+    /// The next number to try, by name.
+    next: HashMap<SheepId, usize>,
+    /// The sheep that have a genome, by the name that it wants.
+    known: HashMap<(SheepId, GenomeKey), SheepId>,
 }
 
 /// What the copies of a genome have in common with it.
@@ -132,27 +160,21 @@ enum Outcome {
 }
 
 impl<'a> GenomeImport<'a> {
-    fn start(
-        folder: &'a Path,
-        frames: FrameCount,
-        (force, dry): (bool, bool),
-        answer: &'a mut GenomesAnswer,
-    ) -> Result<Self, Fatal> {
+    fn start(folder: &'a Path, choices: GenomeChoices, answer: &'a mut GenomesAnswer) -> Result<Self, Fatal> {
         let draft = Draft::lock(folder)?;
         let manifest = draft.edit.manifest();
         let sheep = manifest.sheep.iter().map(|sheep| (sheep.id.clone(), sheep.genome.clone())).collect();
         let transitions = manifest.transitions.iter().map(|t| (t.from.clone(), t.to.clone())).collect();
         Ok(Self {
             folder,
-            frames,
-            force,
-            dry,
+            choices,
             draft,
             sheep,
             transitions,
             by_genome: HashMap::new(),
             is_indexed: false,
             imported: HashSet::new(),
+            numbers: Numbers::default(),
             planned: HashMap::new(),
             unsaved: 0,
             answer,
@@ -165,21 +187,55 @@ impl<'a> GenomeImport<'a> {
 
     /// Imports every genome of a file as a sheep.
     fn genomes(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
+        self.answer.key_frames += usize::from(file.is_animation);
+        for reason in &file.left_out {
+            self.skip(&file.source, reason.clone());
+        }
         for flame in &file.genomes {
-            let Some(id) = flame.id.clone() else {
-                self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
-                continue;
+            let (id, state, genome) = match self.flame(&flame.id, flame, self.choices.force)? {
+                Outcome::Imported(state, genome) => (flame.id.clone(), state, genome),
+                Outcome::Other(place) => self.numbered(flame, &place)?,
             };
-            match self.flame(&id, flame, self.force)? {
-                Outcome::Imported(state, genome) => self.tell(file, flame, id, state, genome),
-                Outcome::Other(place) => {
-                    let number = flame.number;
-                    let reason = format!("flame {number} is not the genome that `{id}` has in `{place}`");
-                    self.skip(&file.source, format!("{reason}; --force replaces it"));
-                }
-            }
+            self.tell(file, flame, id, state, genome);
         }
         self.save_some()
+    }
+
+    /// Makes a flame the genome of a sheep with its name and a number, as its name belongs to another one, in `place`: of
+    /// the one that has this genome, or of a new one.
+    fn numbered(&mut self, flame: &NamedGenome, place: &ClipPath) -> Result<(SheepId, &'static str, ClipPath), Fatal> {
+        self.note_other(flame, &flame.id, place);
+        if let Some(id) = self.numbers.known.get(&(flame.id.clone(), flame.key)).cloned()
+            && let Outcome::Imported(state, genome) = self.flame(&id, flame, false)?
+        {
+            return Ok((id, state, genome));
+        }
+        loop {
+            let next = self.numbers.next.entry(flame.id.clone()).or_insert(FIRST);
+            let id = names::numbered(&flame.id, *next);
+            *next += 1;
+            // A clip without a genome is of another sheep.
+            if self.sheep.get(&id).is_some_and(Option::is_none) {
+                continue;
+            }
+            match self.flame(&id, flame, false)? {
+                Outcome::Imported(state, genome) => {
+                    self.numbers.known.insert((flame.id.clone(), flame.key), id.clone());
+                    return Ok((id, state, genome));
+                }
+                Outcome::Other(place) => self.note_other(flame, &id, &place),
+            }
+        }
+    }
+
+    /// Remembers which genome the sheep `id` has in `place`, as `flame` wanted its name.
+    fn note_other(&mut self, flame: &NamedGenome, id: &SheepId, place: &ClipPath) {
+        let planned = self.planned.get(id).map(|original| original.key);
+        let place = place.inside(self.folder);
+        let in_file = || Some(GenomeKey::of_file(&place, &species::text(&place).ok()?)?.0);
+        if let Some(key) = planned.or_else(in_file) {
+            self.numbers.known.entry((flame.id.clone(), key)).or_insert_with(|| id.clone());
+        }
     }
 
     /// Imports a file of two flames as the transition between their sheep, which are added if the flock lacks them. Where
@@ -188,11 +244,7 @@ impl<'a> GenomeImport<'a> {
         let mut ids = Vec::new();
         for flame in &file.genomes {
             let known = if flame.is_certain { None } else { self.same(flame.key) };
-            let Some(id) = known.or_else(|| flame.id.clone()) else {
-                self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
-                return Ok(());
-            };
-            ids.push(id);
+            ids.push(known.unwrap_or_else(|| flame.id.clone()));
         }
         let [from, to] = &ids[..] else { return Ok(()) };
         if from == to {
@@ -208,7 +260,7 @@ impl<'a> GenomeImport<'a> {
         let path = paths::of_transition(&from, &to, paths::CLIP);
         let is_new = self.transitions.insert((from.clone(), to.clone()));
         if is_new {
-            let clip = Clip { path: path.clone(), frames: self.frames, hash: None };
+            let clip = Clip { path: path.clone(), frames: self.choices.frames, hash: None };
             let transition = Transition { from: from.clone(), to: to.clone(), clip, weight: 1.0 };
             let added = self.draft.edit.add_transition(transition);
             added.map_err(|error| Fatal::new(Exit::Malformed, error))?;
@@ -229,12 +281,12 @@ impl<'a> GenomeImport<'a> {
         let path = own.clone().filter(is_its_kind).unwrap_or_else(|| paths::genome(id, flame.ending));
         let place = path.inside(self.folder);
         let text = format!("{}\n", flame.text);
-        let found = fs::read_to_string(&place);
-        let is_written = found.as_ref().is_ok_and(|found| found.trim_end() == text.trim_end());
+        let found = species::text(&place).ok();
+        let is_written = found.as_ref().is_some_and(|found| found.trim_end() == text.trim_end());
         let replaces = replaces && !self.imported.contains(id);
         let is_copied = || match self.planned.get(id) {
             Some(original) => original.is_copied_by(&Original::of(flame.key, &flame.origin)),
-            None => found.as_ref().is_ok_and(|found| is_copy(flame, &place, found)),
+            None => found.as_ref().is_some_and(|found| is_copy(flame, &place, found)),
         };
         let is_kept = is_written || (!replaces && is_copied());
         if !is_kept && !replaces && (own.is_some() || place.exists()) {
@@ -248,14 +300,14 @@ impl<'a> GenomeImport<'a> {
             (true, None) => "given",
             (false, None) => "added",
         };
-        if !self.dry && !is_kept {
+        if !self.choices.dry && !is_kept {
             write(&place, &text)?;
         }
         let edit = &mut self.draft.edit;
         let edited = if is_known {
             edit.set_genome(id, path.clone())
         } else {
-            let clip = Clip { path: paths::of_loop(id, paths::CLIP), frames: self.frames, hash: None };
+            let clip = Clip { path: paths::of_loop(id, paths::CLIP), frames: self.choices.frames, hash: None };
             let sheep = Sheep { id: id.clone(), clip: Some(clip), genome: Some(path.clone()), want: 1.0, repeat: 1 };
             edit.add_sheep(sheep)
         };
@@ -263,10 +315,10 @@ impl<'a> GenomeImport<'a> {
         self.unsaved += 1;
         self.sheep.insert(id.clone(), Some(path.clone()));
         // In a dry run there will be no file in which it could be found.
-        if self.is_indexed || self.dry {
+        if self.is_indexed || self.choices.dry {
             self.by_genome.entry(flame.key).or_insert_with(|| id.clone());
         }
-        if self.dry {
+        if self.choices.dry {
             self.planned.insert(id.clone(), Original::of(flame.key, &flame.origin));
         }
         Ok(Outcome::Imported(state, path))
@@ -277,7 +329,8 @@ impl<'a> GenomeImport<'a> {
         let electric = flame.electric.as_ref().or(file.electric.as_ref());
         self.imported.insert(id.clone());
         self.answer.notes.push((Subject::Sheep(id.clone()), said_of(file, flame, electric)));
-        self.answer.genomes.push(GenomeAnswer { source: file.source.clone(), sheep: id, genome, state });
+        let (source, notes) = (file.source.clone(), flame.notes.clone());
+        self.answer.genomes.push(GenomeAnswer { source, sheep: id, genome, state, notes });
     }
 
     /// The sheep of the flock that a genome with this `key` draws.
@@ -287,8 +340,8 @@ impl<'a> GenomeImport<'a> {
             for (id, path) in self.sheep.iter().filter_map(|(id, path)| Some((id, path.as_ref()?))) {
                 // What cannot be read is no genome that could be found.
                 let place = path.inside(self.folder);
-                let text = fs::read_to_string(&place).unwrap_or_default();
-                if let Some((key, _)) = GenomeKey::of_file(&place, &text) {
+                let text = species::text(&place).ok();
+                if let Some((key, _)) = text.and_then(|text| GenomeKey::of_file(&place, &text)) {
                     self.by_genome.entry(key).or_insert_with(|| id.clone());
                 }
             }
@@ -298,7 +351,7 @@ impl<'a> GenomeImport<'a> {
 
     /// Saves the manifest if much has changed.
     fn save_some(&mut self) -> Result<(), Fatal> {
-        if self.unsaved < SAVED_AFTER || self.dry {
+        if self.unsaved < SAVED_AFTER || self.choices.dry {
             return Ok(());
         }
         self.unsaved = 0;
@@ -306,7 +359,7 @@ impl<'a> GenomeImport<'a> {
     }
 
     fn save(self) -> Result<(), Fatal> {
-        if self.dry || self.unsaved == 0 { Ok(()) } else { Ok(self.draft.save()?) }
+        if self.choices.dry || self.unsaved == 0 { Ok(()) } else { Ok(self.draft.save()?) }
     }
 }
 

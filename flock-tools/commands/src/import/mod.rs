@@ -2,8 +2,8 @@
 //!
 //! Owns the command: its options and how it ends. `sources.rs` finds the files, `plan.rs` plans what is done with each clip,
 //! `summary.rs` tells the plan and `estimate.rs` its cost, `pool.rs` has the clips made by `importer.rs` on all cores and
-//! added by `commit.rs`, `genomes.rs` imports the genomes that `genome_file.rs` reads; `answer.rs` prints, and tells the
-//! credits what is known of each.
+//! added by `commit.rs`, `genomes.rs` imports the genomes that `genome_file.rs` reads, `names.rs` names and
+//! `key_frames.rs` knows for animations; `answer.rs` prints, and tells the credits what is known of each.
 //!
 //! Start at [`run`].
 
@@ -15,6 +15,8 @@ mod file_kind;
 mod genome_file;
 mod genomes;
 mod importer;
+mod key_frames;
+mod names;
 mod plan;
 mod pool;
 mod scaling;
@@ -42,8 +44,9 @@ use crate::curate::add;
 use crate::{arguments, ids};
 use answer::{Answer, ClipAnswer};
 use commit::Outcome;
-use genomes::GenomesAnswer;
+use genomes::{GenomeChoices, GenomesAnswer};
 use importer::Importer;
+use key_frames::KeyFrames;
 use plan::{ClipPlan, ImportSettings, NamedMatrix, Pace, PlanResult, Planner};
 use pool::Report;
 use scaling::Fit;
@@ -60,7 +63,9 @@ const BYTES_PER_PIXEL: u64 = 300;
 ///
 /// From a content folder of Electric Sheep, every clip GENERATION=ID=FIRST=LAST.avi in it: a loop if FIRST is LAST,
 /// else a transition; the sheep are called GENERATION.FIRST. From other videos, those that are called FROM=TO, or any
-/// with --from and --to. From files of genomes, every genome, by its name.
+/// with --from and --to. From files of genomes, every genome, by its name, in the letters that an id may have; of
+/// different genomes with one name the second gets a number. Flames that are the key frames of one animation are left out,
+/// unless --key-frames says which of them are sheep.
 ///
 /// A clip in the flock's form is copied. Any other that ffmpeg reads is encoded, frame for frame: the number of frames
 /// stays, whatever the rate of the file, unless --fps keeps its pace. Tags (title, artist, copyright, licence) stay.
@@ -69,7 +74,8 @@ const BYTES_PER_PIXEL: u64 = 300;
 /// written into credits.toml; entries that are there stay.
 ///
 /// Damaged files, those with unclear names and folders that cannot be listed are left out and named. Of several files for
-/// one loop the first sound one is taken. Links to folders are followed within the folders that are named. Clips that
+/// one loop the first sound one is taken. Links to folders are followed within the folders that are named. Hidden folders
+/// and those of deleted files are passed over, unless they are named. Clips that
 /// the flock has already are passed over, so that the same command continues after an interruption; --force replaces
 /// them. In names, bytes that are not UTF-8 are told as `\\xff`, control characters as `\\u{1b}`.
 #[derive(Debug, clap::Args)]
@@ -112,6 +118,9 @@ pub struct Args {
     /// Clips encoded at once, as far as memory goes
     #[arg(long, value_name = "T", default_value_t = machine::cores(), value_parser = arguments::threads)]
     threads: NonZeroUsize,
+    /// What becomes of a file with the key frames of one animation; without it such a file is left out
+    #[arg(long, value_enum, value_name = "WHICH")]
+    key_frames: Option<KeyFrames>,
     /// Replace clips and genomes that the flock has, and other files that are in their places
     #[arg(long)]
     force: bool,
@@ -151,8 +160,8 @@ pub fn run(args: &Args, decoder: &dyn Decoder) -> Result<Exit, Fatal> {
     let settings = ImportSettings { folder: dir, form, fit: *fit, pace, matrix: *matrix, force: *force };
     let sources = Sources::find(&args.sources, role.as_ref(), dir)?;
     let _lock = if args.dry_run { None } else { Some(lock(dir)?) };
-    let (tombstones, links, left_out) = (sources.tombstones, sources.links, sources.skipped);
-    let mut answer = Answer { left_out, tombstones, links, ..Answer::default() };
+    let (tombstones, links, hidden, left_out) = (sources.tombstones, sources.links, sources.hidden, sources.skipped);
+    let mut answer = Answer { left_out, tombstones, links, hidden, ..Answer::default() };
     let plans = plan(&sources.clips, &manifest, &settings, &mut answer);
     answer.plan = Summary::of(&plans, form.fps);
     answer.plan.note(form.fps);
@@ -274,10 +283,15 @@ impl Args {
         Ok(())
     }
 
+    fn genome_choices(&self) -> GenomeChoices {
+        let Self { key_frames, force, dry_run: dry, .. } = *self;
+        GenomeChoices { frames: FrameCount(self.frames), key_frames, force, dry }
+    }
+
     /// Imports `genomes`; with a dry run, only adds them to the answer.
     fn import_genomes(&self, genomes: &[PathBuf], answer: &mut Answer) -> Result<(), Fatal> {
         let mut told = GenomesAnswer::default();
-        let result = genomes::import(genomes, &self.dir, FrameCount(self.frames), self.force, self.dry_run, &mut told);
+        let result = genomes::import(genomes, &self.dir, &self.genome_choices(), &mut told);
         answer.take(told);
         result
     }

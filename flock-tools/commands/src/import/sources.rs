@@ -16,6 +16,9 @@ use operations::render::plan::ClipRole;
 use super::SkippedFile;
 use super::file_kind::{FileKind, Origin, file_kind, origin};
 
+/// Names of folders for deleted files and thumbnails, in which artists keep nothing: of Windows and of network drives.
+const SYSTEMS: &[&str] = &["$RECYCLE.BIN", "@eaDir", "lost+found", "RECYCLER", "System Volume Information"];
+
 /// The files to import, in the order in which they are taken in: loops, transitions, genomes, each by name.
 #[derive(Debug, Default)]
 pub(super) struct Sources {
@@ -28,6 +31,8 @@ pub(super) struct Sources {
     pub(super) others: usize,
     /// Links to folders that are searched anyway.
     pub(super) links: usize,
+    /// Folders that are passed over for their names.
+    pub(super) hidden: usize,
 }
 
 /// A loop or a transition, and the files that show it, by name.
@@ -107,6 +112,9 @@ impl Sources {
             };
             for entry in entries {
                 match entry.and_then(|entry| Ok((entry.path(), entry.file_type()?))) {
+                    Ok((path, kind)) if (kind.is_dir() || kind.is_symlink() && path.is_dir()) && is_hidden(&path) => {
+                        self.hidden += 1;
+                    }
                     Ok((path, kind)) if kind.is_dir() => {
                         if number(&path).is_none_or(|number| search.searched.insert(number)) {
                             waiting.push(path);
@@ -128,6 +136,7 @@ impl Sources {
         let led = fs::canonicalize(link).and_then(|led| Ok((fs::metadata(&led)?, led)));
         match led {
             Ok((folder, _)) if search.searched.contains(&(folder.dev(), folder.ino())) => self.links += 1,
+            Ok((_, led)) if search.roots.iter().any(|root| is_hidden_below(root, &led)) => self.hidden += 1,
             Ok((folder, led)) if search.roots.iter().any(|root| led.starts_with(root)) => {
                 search.searched.insert((folder.dev(), folder.ino()));
                 self.list(link, search, videos);
@@ -184,6 +193,17 @@ pub(super) fn doubled(role: &ClipRole, first: &Path, other: &Path) -> SkippedFil
     };
     let reason = format!("it shows {shows}, as does `{}`", print::path(first));
     SkippedFile { source: other.to_owned(), reason }
+}
+
+/// Whether a folder is hidden, or is where a system puts deleted files or files of its own.
+fn is_hidden(folder: &Path) -> bool {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with('.') || SYSTEMS.iter().any(|system| name.eq_ignore_ascii_case(system))
+}
+
+/// Whether `folder` is such a folder below `root`, or lies in one.
+fn is_hidden_below(root: &Path, folder: &Path) -> bool {
+    folder.strip_prefix(root).is_ok_and(|inside| inside.iter().any(|name| is_hidden(Path::new(name))))
 }
 
 /// The device and the number of a folder.
