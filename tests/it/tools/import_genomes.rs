@@ -11,9 +11,15 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
+/// The digits of so many colours.
+fn palette(colours: usize) -> String {
+    let colours: Vec<String> = (0..colours).map(|i| format!("{:02X}8040", i * 255 / (colours - 1))).collect();
+    colours.concat()
+}
+
 /// A flame with attributes, and a palette of its own; another `place` makes another picture.
 fn flame(attributes: &str, place: f64) -> String {
-    let palette: String = (0..256).map(|i| format!("{i:02X}8040")).collect();
+    let palette = palette(256);
     format!(
         "<flame {attributes} scale=\"20\" quality=\"1\">\n\
          <xform weight=\"1\" color=\"0\" linear=\"1\" coefs=\"0.5 0 0 0.5 {place} 0\"/>\n\
@@ -172,7 +178,9 @@ fn hidden_folders_are_passed_over_and_counted_and_never_win() {
         folders.film(&format!("{folder}/a=a.avi"), "testsrc2=size=64x48:rate=30", frames, &["-c:v", "ffv1"]);
         fs::write(folders.inbox().join(folder).join("ram.flame"), named("ram", frames as f64 / 16.0)).unwrap();
     };
-    hidden.iter().for_each(|folder| film(folder, 3));
+    for folder in hidden {
+        film(folder, 3);
+    }
     film("works", 5);
     symlink("@eaDir", folders.inbox().join("thumbs")).unwrap();
     let (answer, told) = folders.answer_and_notes(0, &["."]);
@@ -193,7 +201,7 @@ fn flames_as_other_programs_write_them_come_in_with_notes() {
     let write = |name: &str, text: &str| fs::write(folders.inbox().join(name), text).unwrap();
     let odd = "name=\"odd\" size=\"64.0 48.0\" temporal_samples=\"1.0\" filter_shape=\"Gaussian\" center=\"nan nan\" \
                palette_interpolation=\"hsv2\" zoom=\"\"";
-    let colours: String = (0..512).map(|i| format!("{:02X}8040", i / 2)).collect();
+    let colours = palette(512);
     let (head, _) = flame(odd, 0.5).split_once("<palette").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
     write("odd.flame", &format!("{head}<palette count=\"512\" format=\"RGB\">{colours}</palette></flame>"));
     let movie =

@@ -38,7 +38,7 @@ pub enum GenomeError {
         /// How many there are.
         found: usize,
     },
-    /// A flame consists of layers, as JWildfire mixes them.
+    /// A flame consists of layers, as `JWildfire` mixes them.
     #[error("{place}: a `jwf-flame` has layers, which are not drawn, expected a `flame`")]
     Layers {
         /// Where it begins.

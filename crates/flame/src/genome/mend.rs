@@ -15,7 +15,7 @@ const TYPE: &str = "<!DOCTYPE";
 /// `text` with what can be mended:
 ///
 /// - A document type without declarations is blanked.
-/// - `#N#` in the name of an attribute, by which JWildfire numbers a variation that occurs again from 1, becomes a point
+/// - `#N#` in the name of an attribute, by which `JWildfire` numbers a variation that occurs again from 1, becomes a point
 ///   and N + 1: `bubble#1#_x` becomes `bubble.2_x`.
 /// - Blanks in the name of an attribute become `_`.
 pub(super) fn mended(text: &str) -> Cow<'_, str> {

@@ -44,11 +44,10 @@ pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
             continue;
         }
         match flame_attribute(&mut genome, attribute.name(), attribute.value()) {
-            Read::Taken => {}
             Read::Unknown => genome.extra.push((attribute.name().into(), attribute.value().into())),
-            // A value that is empty says nothing.
             Read::Wrong(expected) if is_said(attribute.value()) => return Err(wrong(node, attribute, expected)),
-            Read::Wrong(_) => {}
+            // A value that is empty says nothing.
+            Read::Taken | Read::Wrong(_) => {}
         }
     }
     for child in node.children().filter(Node::is_element) {

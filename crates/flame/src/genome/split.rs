@@ -20,7 +20,7 @@ const ROOT: &str = "<flames>";
 /// The tag of a flame.
 const FLAME: &str = "flame";
 
-/// The tag of JWildfire's flames of several layers.
+/// The tag of `JWildfire`'s flames of several layers.
 pub(super) const LAYERED: &str = "jwf-flame";
 
 /// Most flames of a text that are named as unreadable beside those that are read: the place of each is searched from the

@@ -79,8 +79,8 @@ fn values_as_other_programs_write_them_are_read() {
 #[test]
 fn a_palette_may_have_as_many_colours_as_its_count() {
     let of = |count: &str, colours: usize| {
-        let colours: String = (0..colours).map(|i| format!("{:02x}0000", i * 255 / (colours - 1))).collect();
-        format!("<flame><palette {count} format=\"RGB\">{colours}</palette></flame>")
+        let colours: Vec<_> = (0..colours).map(|i| format!("{:02x}0000", i * 255 / (colours - 1))).collect();
+        format!("<flame><palette {count} format=\"RGB\">{}</palette></flame>", colours.concat())
     };
     let ramp = Genome::parse(&of("", 256)).unwrap().palette.unwrap();
     for count in [2, 100, 512, 1024] {

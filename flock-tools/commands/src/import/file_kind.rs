@@ -21,7 +21,7 @@ const VIDEOS: &[&str] = &[
 ];
 /// An ending of flames besides that of the species.
 const FLAME: &str = "flame";
-/// The ending of JWildfire's movies, in which flames lie.
+/// The ending of `JWildfire`'s movies, in which flames lie.
 const MOVIE: &str = "jwfmovie";
 /// The ending of Chaotica's files.
 const CHAOS: &str = "chaos";

@@ -90,13 +90,13 @@ pub(super) struct GenomeChoices {
 pub(super) fn import(
     sources: &[PathBuf],
     folder: &Path,
-    choices: &GenomeChoices,
+    choices: GenomeChoices,
     answer: &mut GenomesAnswer,
 ) -> Result<(), Fatal> {
     if sources.is_empty() {
         return Ok(());
     }
-    let mut import = GenomeImport::start(folder, *choices, answer)?;
+    let mut import = GenomeImport::start(folder, choices, answer)?;
     let mut transitions = Vec::new();
     for source in sources {
         match GenomeFile::read(source, choices.key_frames) {

@@ -291,7 +291,7 @@ impl Args {
     /// Imports `genomes`; with a dry run, only adds them to the answer.
     fn import_genomes(&self, genomes: &[PathBuf], answer: &mut Answer) -> Result<(), Fatal> {
         let mut told = GenomesAnswer::default();
-        let result = genomes::import(genomes, &self.dir, &self.genome_choices(), &mut told);
+        let result = genomes::import(genomes, &self.dir, self.genome_choices(), &mut told);
         answer.take(told);
         result
     }
