@@ -28,6 +28,7 @@ const DOCUMENTS: &[&str] = &[
     "docs/security.md",
     "docs/sending.md",
     "docs/tutorial.md",
+    "docs/variations.md",
     "image-build/README.md",
     "systemd/README.md",
 ];

@@ -63,6 +63,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "species.md",
             "studio.md",
             "tutorial.md",
+            "variations.md",
             "votes.md",
             "*.png",
             "*.webp",

@@ -135,18 +135,18 @@ formulas! {
 }
 
 /// The ellipse with foci at ±1 through a point.
-struct Ellipse<N> {
+pub(super) struct Ellipse<N> {
     /// The half of its longer axis, 1 or more.
-    longest: N,
+    pub(super) longest: N,
     /// How much that is more than 1.
-    beyond: N,
+    pub(super) beyond: N,
     /// √(longest² - x²).
-    across: N,
+    pub(super) across: N,
 }
 
 impl<N: Number> Ellipse<N> {
     #[inline(always)]
-    fn of(x: N, y: N) -> Ellipse<N> {
+    pub(super) fn of(x: N, y: N) -> Ellipse<N> {
         let (zero, x) = (x.like(0.0), x.abs());
         let (far, near) = (square_of_radius(x + 1.0, y).sqrt(), square_of_radius(x - 1.0, y).sqrt());
         // By how much each distance to a focus is more than its part along the axis, without a difference of neighbours.
@@ -161,6 +161,6 @@ impl<N: Number> Ellipse<N> {
 
 /// `value`, not beyond [`FAR`].
 #[inline(always)]
-fn near<N: Number>(value: N) -> N {
+pub(super) fn near<N: Number>(value: N) -> N {
     value.max(value.like(-FAR)).min(value.like(FAR))
 }

@@ -8,6 +8,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use super::precomputed::of_others;
 use super::{Kind, MAX_PARAMETERS, Variation};
 use crate::affine::Affine;
 use crate::number::{Number, Random};
@@ -94,14 +95,14 @@ impl Compiled {
                 let (sin, cos) = libm::sincos(q[0]);
                 values([f64::midpoint(1.0, cos), sin / 2.0])
             }
-            _ => q,
+            _ => of_others(kind, weight, q),
         };
         Compiled { kind, w: weight, p }
     }
 }
 
 /// The first of the precomputed values; the rest is 0.
-fn values<const COUNT: usize>(first: [f64; COUNT]) -> [f64; MAX_PARAMETERS] {
+pub(super) fn values<const COUNT: usize>(first: [f64; COUNT]) -> [f64; MAX_PARAMETERS] {
     let mut all = [0.0; MAX_PARAMETERS];
     all[..COUNT].copy_from_slice(&first);
     all

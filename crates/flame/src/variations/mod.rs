@@ -2,7 +2,8 @@
 //!
 //! Owns the table that the XML reader, the writer, the animation and the renderer share: V0 to V98 of flam3, and after
 //! them those of other programs. `spelling.rs` has the spelling in files, `stage.rs` the order inside a transform,
-//! `formulas.rs` says what a formula is; the other files have the mathematics, `render` calls it.
+//! `formulas.rs` says what a formula is, `limits.rs` which parameters are not drawn; the other files have the mathematics,
+//! `render` calls it.
 //!
 //! Start at [`Kind`].
 //!
@@ -11,18 +12,31 @@
 //! numbers and parameters of the others are those of flam3 3.1.1; where a genome does not give a parameter, its pictures say
 //! what it is.
 
+mod blurs;
 mod chance;
 mod complex;
+#[cfg(test)]
+mod documented;
+#[cfg(test)]
+mod expected;
+#[cfg(test)]
+mod expected_chance;
+mod figures;
 mod formulas;
 mod later;
+mod limits;
 mod plain;
+mod precomputed;
+mod roots;
 mod solid;
+mod space;
 mod spelling;
 mod stage;
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 pub(crate) use formulas::{Compiled, Depth, Formula, Visitor};
+pub use limits::{Limit, Undrawn};
 pub(crate) use spelling::{Part, Spelling};
 pub use stage::{Slot, Stage};
 
@@ -225,6 +239,67 @@ kinds! {
     solid::Ztranslate "ztranslate" [];
     solid::Zcone "zcone" [];
     solid::Zblur "zblur" [];
+    space::Spherical3D "spherical3D" [];
+    space::Spherical3DWf "spherical3D_wf" [invert 0.0, exponent 2.0];
+    space::Hemisphere "hemisphere" [];
+    space::Julia3D "julia3D" [power 2.0];
+    space::Julia3Dz "julia3Dz" [power 2.0];
+    space::Julian3Dx "julian3Dx" [dist 1.0, power 2.0, a 1.0, b 0.0, c 0.0, d 1.0, e 0.0, f 0.0];
+    space::Blur3D "blur3D" [];
+    space::Curl3D "curl3D" [cx 0.0, cy 0.0, cz 0.0];
+    space::Blob3D "blob3D" [low 0.0, high 1.0, waves 1.0];
+    space::LinearT3D "linearT3D" [powX 1.0, powY 1.0, powZ 1.0];
+    space::Poincare3D "poincare3D" [r 0.0, a 0.0, b 0.0];
+    space::Bubble2 "bubble2" [x 1.0, y 1.0, z 0.0];
+    space::RotateY "rotate_y" [];
+    space::Waves2In3D "waves2_3D" [freq 2.0, scale 1.0];
+    space::AxisSymmetryWf "axis_symmetry_wf" [
+        axis 0.0, centre_x 0.0, centre_y 0.0, centre_z 0.0, rotation 0.0, x1colorshift 0.0, y1colorshift 0.0,
+        z1colorshift 0.0, x2colorshift 0.0, y2colorshift 0.0, z2colorshift 0.0
+    ];
+    space::Falloff2 "falloff2" [
+        scatter 1.0, mindist 0.5, mul_x 1.0, mul_y 1.0, mul_z 0.0, mul_c 0.0, x0 0.0, y0 0.0, z0 0.0, invert 0.0, type 0.0
+    ];
+    roots::Juliac "juliac" [re 0.0, im 0.0, dist 1.0];
+    roots::Juliaq "juliaq" [power 3.0, divisor 2.0];
+    roots::EJulia "eJulia" [power 2.0];
+    roots::BTransform "bTransform" [rotate 0.0, power 1.0, move 0.0, split 0.0];
+    roots::Acosech "acosech" [];
+    roots::Hypertile "hypertile" [p 3.0, q 7.0, n 0.0];
+    roots::Hypertile1 "hypertile1" [p 3.0, q 7.0];
+    roots::Hypertile2 "hypertile2" [p 3.0, q 7.0];
+    blurs::Sineblur "sineblur" [power 1.0];
+    blurs::BlurCircle "blur_circle" [];
+    blurs::BlurLinear "blur_linear" [length 0.0, angle 0.0];
+    blurs::BlurZoom "blur_zoom" [length 0.0, x 0.0, y 0.0];
+    blurs::Spirograph "spirograph" [
+        a 3.0, b 2.0, d 0.0, tmin -1.0, tmax 1.0, ymin -1.0, ymax 1.0, c1 0.0, c2 0.0
+    ];
+    blurs::Crop "crop" [left -1.0, top -1.0, right 1.0, bottom 1.0, scatter_area 0.0, zero 0.0];
+    blurs::Circlecrop "circlecrop" [radius 1.0, x 0.0, y 0.0, scatter_area 0.0, zero 1.0];
+    figures::Waves2b "waves2b" [
+        freqx 2.0, freqy 2.0, pwx 1.0, pwy 1.0, scalex 1.0, scaleinfx 1.0, scaley 1.0, scaleinfy 1.0, unity 1.0, jacok 0.25
+    ];
+    figures::Waves2Wf "waves2_wf" [
+        scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
+    ];
+    figures::Waves3Wf "waves3_wf" [
+        scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
+    ];
+    figures::Bwraps "bwraps" [cellsize 1.0, space 0.0, gain 1.0, inner_twist 0.0, outer_twist 0.0];
+    figures::Boarders2 "boarders2" [c 0.5, left 0.5, right 0.5];
+    figures::TileLog "tile_log" [spread 1.0];
+    figures::Shredlin "shredlin" [xdistance 1.0, xwidth 0.5, ydistance 1.0, ywidth 0.5];
+    figures::PointSymmetryWf "point_symmetry_wf" [centre_x 0.25, centre_y 0.5, order 3.0, colorshift 0.0];
+    figures::YinYang "yin_yang" [radius 0.5, ang1 0.0, ang2 0.0, dual_t 1.0, outside 0.0];
+    figures::Glynnia "glynnia" [];
+    figures::CloverleafWf "cloverleaf_wf" [filled 0.85];
+    figures::EpispiralWf "epispiral_wf" [waves 4.0];
+    figures::Epispiral "epispiral" [n 6.0, thickness 0.0, holes 1.0];
+    figures::Fdisc "fdisc" [];
+    figures::Unpolar "unpolar" [];
+    figures::Twoface "twoface" [];
+    figures::Xheart "xheart" [angle 0.0, ratio 0.0];
 }
 
 impl Kind {

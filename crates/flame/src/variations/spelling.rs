@@ -36,9 +36,10 @@ const PRIORITY: &str = "_fx_priority";
 const PRESENCE: &str = ".presence";
 
 /// Names of other programs: theirs, and flam3's.
-const ALIASES: [(&str, &str); 6] = [
+const ALIASES: [(&str, &str); 7] = [
     ("bwraps2", "bwraps"),
     ("bwraps7", "bwraps"),
+    ("cylinder_apo", "cylinder"),
     ("oscope", "oscilloscope"),
     ("pre_gaussian_blur", "pre_blur"),
     ("supershape", "super_shape"),
@@ -46,7 +47,18 @@ const ALIASES: [(&str, &str); 6] = [
 ];
 
 /// Variations that ignore their point: Fractorium's `pre_X` and `post_X` of them add.
-const IGNORING: [Kind; 6] = [Kind::Arch, Kind::Blur, Kind::GaussianBlur, Kind::Pie, Kind::Square, Kind::Zblur];
+const IGNORING: [Kind; 10] = [
+    Kind::Arch,
+    Kind::Blur,
+    Kind::Blur3D,
+    Kind::BlurCircle,
+    Kind::GaussianBlur,
+    Kind::Pie,
+    Kind::Sineblur,
+    Kind::Spirograph,
+    Kind::Square,
+    Kind::Zblur,
+];
 
 /// What a name stands for in a transform's sum: by the name, and by the name in small letters where no other has that.
 static NAMES: LazyLock<HashMap<String, (Kind, Part)>> = LazyLock::new(|| {

@@ -1,0 +1,164 @@
+//! Which values of parameters cannot be drawn, and from which program a variation comes.
+//!
+//! Owns the list of limits. Formulas move points and have no colour and no state, so that a parameter that would change the
+//! colour must be neutral; and where no exact formula is known for some values, these are refused. Never draws.
+//!
+//! Start at [`Variation::undrawn`].
+
+use super::{Kind, Variation};
+
+/// Which values of a parameter are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Only these.
+    Only(&'static [f64]),
+    /// Whole numbers, but not 0.
+    Whole,
+    /// 0 and more.
+    NotNegative,
+    /// Those at least as far from 0 as this.
+    Beyond(f64),
+}
+
+/// A parameter with a value that is not drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Undrawn {
+    /// Its name after the variation's and an underscore.
+    pub parameter: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What would be drawn.
+    pub limit: Limit,
+}
+
+const ZERO: Limit = Limit::Only(&[0.0]);
+
+impl Limit {
+    /// Whether `value` is drawn.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Limit::Only(values) => values.contains(&value),
+            Limit::Whole => value != 0.0 && value.fract() == 0.0,
+            Limit::NotNegative => value >= 0.0,
+            Limit::Beyond(least) => value.abs() >= least,
+        }
+    }
+}
+
+/// In words, as after *expected*.
+impl std::fmt::Display for Limit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Limit::Only([first @ .., last]) if !first.is_empty() => {
+                let first: Vec<String> = first.iter().map(ToString::to_string).collect();
+                write!(f, "{} or {last}", first.join(", "))
+            }
+            Limit::Only(values) => write!(f, "{}", values.first().copied().unwrap_or_default()),
+            Limit::Whole => f.write_str("a whole number, not 0"),
+            Limit::NotNegative => f.write_str("0 or more"),
+            Limit::Beyond(least) => write!(f, "{least} or more, or -{least} or less"),
+        }
+    }
+}
+
+impl Kind {
+    /// The parameters of which not all values are drawn.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "all others are drawn with any parameters")]
+    pub fn limits(self) -> &'static [(&'static str, Limit)] {
+        match self {
+            Kind::AxisSymmetryWf => &[
+                ("axis", Limit::Only(&[0.0, 1.0, 2.0])),
+                ("rotation", ZERO),
+                ("x1colorshift", ZERO),
+                ("y1colorshift", ZERO),
+                ("z1colorshift", ZERO),
+                ("x2colorshift", ZERO),
+                ("y2colorshift", ZERO),
+                ("z2colorshift", ZERO),
+            ],
+            Kind::PointSymmetryWf => &[("order", Limit::Whole), ("colorshift", ZERO)],
+            Kind::Falloff2 => &[("mul_c", ZERO), ("type", Limit::Only(&[0.0, 1.0, 2.0]))],
+            Kind::Julia3D | Kind::Julia3Dz | Kind::Julian3Dx | Kind::Juliaq | Kind::EJulia => {
+                &[("power", Limit::Whole)]
+            }
+            Kind::Juliac => &[("re", Limit::Whole)],
+            Kind::BTransform => &[("power", Limit::Whole), ("split", ZERO)],
+            Kind::Hypertile1 | Kind::Hypertile2 => &[("p", Limit::Whole)],
+            Kind::Circlecrop => &[("x", ZERO), ("y", ZERO)],
+            Kind::Waves2b => &[("pwx", Limit::Beyond(1e-4)), ("pwy", Limit::Beyond(1e-4))],
+            Kind::Bwraps => &[("cellsize", Limit::NotNegative)],
+            Kind::Boarders2 => {
+                &[("c", Limit::NotNegative), ("left", Limit::NotNegative), ("right", Limit::NotNegative)]
+            }
+            _ => &[],
+        }
+    }
+
+    /// The program whose pictures say what it is: where several have it, the one in which it came first.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "all others are of Apophysis and its plugins")]
+    pub fn program(self) -> &'static str {
+        match self {
+            _ if Kind::FLAM3.contains(&self) => "flam3",
+            Kind::AxisSymmetryWf
+            | Kind::CloverleafWf
+            | Kind::EpispiralWf
+            | Kind::Juliac
+            | Kind::PointSymmetryWf
+            | Kind::Spherical3D
+            | Kind::Spherical3DWf
+            | Kind::Spirograph
+            | Kind::TileLog
+            | Kind::Waves2In3D
+            | Kind::Waves2Wf
+            | Kind::Waves2b
+            | Kind::Waves3Wf
+            | Kind::YinYang
+            | Kind::Boarders2
+            | Kind::Acosech => "JWildfire",
+            _ => "Apophysis",
+        }
+    }
+}
+
+impl Variation {
+    /// Its parameters whose values are not drawn; none of a variation that changes nothing.
+    pub fn undrawn(&self) -> Vec<Undrawn> {
+        if self.is_absent() {
+            return Vec::new();
+        }
+        let value_of = |name: &str| {
+            let parameters = self.kind.parameters().iter().zip(self.params);
+            parameters.into_iter().find(|(parameter, _)| parameter.name == name).map(|(_, value)| value)
+        };
+        let undrawn = |(parameter, limit): &(&'static str, Limit)| {
+            let value = value_of(parameter).filter(|value| !limit.holds(*value))?;
+            Some(Undrawn { parameter, value, limit: *limit })
+        };
+        self.kind.limits().iter().filter_map(undrawn).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parameter_that_is_not_drawn_is_named() {
+        for kind in Kind::ALL {
+            let names: Vec<&str> = kind.parameters().iter().map(|parameter| parameter.name).collect();
+            assert!(kind.limits().iter().all(|(name, _)| names.contains(name)), "{kind:?}");
+        }
+        let coloured = Variation::new(Kind::Falloff2, 0.5);
+        assert_eq!(coloured.undrawn(), []);
+        let mut coloured = coloured;
+        coloured.params[5] = 0.75;
+        coloured.params[10] = 3.0;
+        let found: Vec<String> =
+            coloured.undrawn().iter().map(|one| format!("{} {}: {}", one.parameter, one.value, one.limit)).collect();
+        assert_eq!(found, ["mul_c 0.75: 0", "type 3: 0, 1 or 2"]);
+        assert_eq!(Variation { weight: 0.0, ..coloured }.undrawn(), []);
+        assert!(!Limit::Whole.holds(2.5) && !Limit::Whole.holds(0.0) && Limit::Whole.holds(-3.0));
+        assert!(!Limit::NotNegative.holds(-0.1) && Limit::NotNegative.holds(0.0));
+        assert!(!Limit::Beyond(1e-4).holds(-5e-5) && Limit::Beyond(1e-4).holds(-1.5));
+    }
+}

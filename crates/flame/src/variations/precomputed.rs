@@ -1,0 +1,89 @@
+//! What the variations of other programs than flam3 precompute per transform.
+//!
+//! Owns the values that do not depend on the point; those of flam3's variations are in `formulas.rs`. Never calculates with a
+//! point.
+//!
+//! Start at [`of_others`].
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8, PI, TAU};
+
+use super::formulas::values;
+use super::{Kind, MAX_PARAMETERS};
+
+/// What the formula of `kind` reads, of its weight and its parameters in the order of [`Kind::parameters`].
+#[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
+pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    match kind {
+        Kind::Spherical3DWf => values([-q[1] / 2.0, if q[0] == 0.0 { 1.0 } else { -1.0 }]),
+        Kind::Julia3D => values([q[0].abs(), q[0], (1.0 / q[0] - 1.0) / 2.0]),
+        Kind::Julia3Dz => values([q[0].abs(), q[0], 0.5 / q[0]]),
+        Kind::Julian3Dx => values([q[1].abs(), q[1], (q[0] / q[1] - 1.0) / 2.0, q[2], q[3], q[4], q[5], q[6], q[7]]),
+        Kind::Curl3D => values([q[0], q[1], q[2], square([q[0], q[1], q[2]])]),
+        Kind::Blob3D => values([q[0], q[1] - q[0], q[2]]),
+        Kind::Poincare3D => {
+            let ((sin_a, cos_a), (sin_b, cos_b)) = (libm::sincos(q[1] * FRAC_PI_2), libm::sincos(q[2] * FRAC_PI_2));
+            let centre = [-q[0] * cos_a * cos_b, q[0] * sin_a * cos_b, -q[0] * sin_b];
+            values([centre[0], centre[1], centre[2], square(centre)])
+        }
+        Kind::RotateY => {
+            let (sin, cos) = libm::sincos(weight * FRAC_PI_2);
+            values([sin, cos])
+        }
+        Kind::Falloff2 => {
+            let mut all = q;
+            all[0] = 0.04 * q[0];
+            all
+        }
+        Kind::Juliac => values([q[0].abs(), 1.0 / q[0], q[1] / 100.0, q[2]]),
+        Kind::Juliaq => values([q[0].abs(), q[1] / q[0], q[1] / q[0] / 2.0, TAU / q[0]]),
+        Kind::EJulia => values([q[0].abs(), q[0]]),
+        Kind::BTransform => values([q[1].abs(), q[1], q[0], q[2]]),
+        Kind::Hypertile => {
+            let (sin, cos) = libm::sincos(TAU * q[2] / q[0]);
+            let rho = tile_radius(q[0], q[1]);
+            values([rho * cos, rho * sin])
+        }
+        Kind::Hypertile1 | Kind::Hypertile2 => values([tile_radius(q[0], q[1]), q[0]]),
+        Kind::BlurLinear => {
+            let (sin, cos) = libm::sincos(q[1]);
+            values([q[0] * cos, q[0] * sin])
+        }
+        Kind::Spirograph => values([q[0], q[1], q[2], q[3], q[4] - q[3], q[5], q[6] - q[5], q[7], q[8]]),
+        Kind::Crop => {
+            let ([left, right], [top, bottom]) = ([q[0].min(q[2]), q[0].max(q[2])], [q[1].min(q[3]), q[1].max(q[3])]);
+            let half = q[4] / 2.0;
+            values([left, right, top, bottom, (right - left) * half, (bottom - top) * half, q[5]])
+        }
+        Kind::Waves2Wf | Kind::Waves3Wf => {
+            let (x, y) = (libm::exp(q[6]), libm::exp(q[7]));
+            values([x, x * x * q[0], q[2], q[4], y, y * y * q[1], q[3], q[5]])
+        }
+        Kind::Bwraps => {
+            let radius = q[0] / 2.0 / (1.0 + q[1] * q[1]);
+            let gain = q[2] * q[2] + 1e-6;
+            let bubble = gain * radius;
+            let bubble = if bubble > 2.0 { 1.0 } else { bubble / (bubble * bubble / 4.0 + 1.0) };
+            values([q[0], radius * radius, gain * radius / bubble, gain * gain / 4.0, q[3], q[4]])
+        }
+        Kind::Boarders2 => values([q[0], q[0] * q[1], q[0] + q[0] * q[2]]),
+        Kind::YinYang => {
+            let ((sin, cos), (other_sin, other_cos)) = (libm::sincos(PI * q[1]), libm::sincos(PI * q[2]));
+            values([q[0], sin, cos, other_sin, other_cos, q[3], q[4]])
+        }
+        Kind::Xheart => {
+            let (sin, cos) = libm::sincos(FRAC_PI_4 + q[0] * FRAC_PI_8);
+            values([6.0 + 2.0 * q[1], sin, cos])
+        }
+        _ => q,
+    }
+}
+
+fn square(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|part| part * part).sum()
+}
+
+/// How far the corners of hyperbolic tiles of `p` sides, `q` at a corner, are moved.
+fn tile_radius(p: f64, q: f64) -> f64 {
+    let (p, q) = (libm::cos(TAU / p), libm::cos(TAU / q));
+    1.0 / (1.0 - (p - 1.0) / (p + q)).sqrt()
+}

@@ -1,0 +1,165 @@
+//! Formulas of space that other programs have: the point is (x, y, z).
+//!
+//! Owns those that read or make z and are not in `solid.rs`. The letters are those of `plain.rs` and `solid.rs`.
+//!
+//! # Source
+//! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
+//! `Poincare3D` is the hyperbolic translation of Poincaré's ball.
+
+use std::f64::consts::{PI, TAU};
+
+use super::chance::bell;
+use super::formulas::{TINY, at_angle, over, radius, solids, square_of_radius};
+use super::roots::{NEAREST, root};
+use crate::number::Number;
+
+solids! {
+    Spherical3D Reads(v, x, y, z) {
+        let k = over(v.w, square_in_space(x, y, z) + TINY);
+        [k * x, k * y, k * z]
+    }
+
+    Spherical3DWf Reads(v, x, y, z) {
+        let k = (square_in_space(x, y, z) + TINY).pow(x.like(v.p[0])) * (v.p[1] * v.w);
+        [k * x, k * y, k * z]
+    }
+
+    Hemisphere Makes(v, x, y, _z) {
+        let k = over(v.w, (square_of_radius(x, y) + 1.0).sqrt());
+        [k * x, k * y, k]
+    }
+
+    Julia3D Reads(v, x, y, z, random) {
+        let [count, turn, exponent, ..] = v.p;
+        let z = z / count;
+        let r2 = square_of_radius(x, y);
+        let k = (r2 + z * z).max(z.like(NEAREST)).pow(z.like(exponent)) * v.w;
+        let (c, s) = at_angle(root(y.atan2(x), count, turn, random), k * r2.sqrt());
+        [c, s, k * z]
+    }
+
+    Julia3Dz Makes(v, x, y, z, random) {
+        let [count, turn, exponent, ..] = v.p;
+        let r2 = square_of_radius(x, y).max(z.like(NEAREST));
+        let k = r2.pow(z.like(exponent)) * v.w;
+        let (c, s) = at_angle(root(y.atan2(x), count, turn, random), k);
+        [c, s, k * z / (r2.sqrt() * count)]
+    }
+
+    Julian3Dx Reads(v, x, y, z, random) {
+        let [count, turn, exponent, a, b, c, d, e, f, ..] = v.p;
+        let z = z / count;
+        let r2 = square_of_radius(x, y);
+        let k = (r2 + z * z).max(z.like(NEAREST)).pow(z.like(exponent)) * v.w;
+        let phi = (x * c + y * d + f).atan2(x * a + y * b + e);
+        let (c, s) = at_angle(root(phi, count, turn, random), k * r2.sqrt());
+        [c, s, k * z]
+    }
+
+    Blur3D Makes(v, _x, _y, _z, random) {
+        let rho = bell(random) * v.w;
+        let (along, around) = (random.unit() * PI, random.unit() * TAU);
+        let (s, c) = along.sin_cos();
+        let (x, y) = at_angle(around, rho * s);
+        [x, y, rho * c]
+    }
+
+    Curl3D Reads(v, x, y, z) {
+        let [cx, cy, cz, square, ..] = v.p;
+        let r2 = square_in_space(x, y, z);
+        let k = over(v.w, r2 * square + (x * cx - y * cy + z * cz) * 2.0 + 1.0);
+        [k * (x + r2 * cx), k * (y - r2 * cy), k * (z + r2 * cz)]
+    }
+
+    Blob3D Makes(v, x, y, _z) {
+        let [low, span, waves, ..] = v.p;
+        let wave = (x.atan2(y) * waves).sin();
+        let k = ((wave * 0.5 + 0.5) * span + low) * v.w;
+        [k * x, k * y, k * radius(x, y) * wave]
+    }
+
+    LinearT3D Makes(v, x, y, z) {
+        [bent(x, v.p[0]) * v.w, bent(y, v.p[1]) * v.w, bent(z, v.p[2]) * v.w]
+    }
+
+    Poincare3D Reads(v, x, y, z) {
+        let [cx, cy, cz, square, ..] = v.p;
+        let (r2, along) = (square_in_space(x, y, z), x * cx + y * cy + z * cz);
+        let k = over(v.w, r2 * square - along * 2.0 + 1.0);
+        // What multiplies the centre, where each coordinate's own part of `along` is taken out again.
+        let pull = along * 2.0 - r2 - 1.0;
+        let part = |value: N, centre: f64| {
+            let own = 1.0 + 2.0 * centre * centre - square;
+            k * (value * own + (pull - value * (2.0 * centre)) * centre)
+        };
+        [part(x, cx), part(y, cy), part(z, cz)]
+    }
+
+    Bubble2 Reads(v, x, y, z) {
+        let t = over(v.w, square_in_space(x, y, z) * 0.25 + 1.0);
+        let lift = z.like(v.p[2]);
+        let lift = N::select(z.less(z.like(0.0)), -lift, lift);
+        [x * v.p[0] * t, y * v.p[1] * t, (z + lift) * v.w + z * v.p[2] * t]
+    }
+
+    RotateY Reads(v, x, y, z) {
+        let [sin, cos, ..] = v.p;
+        [x * cos - z * sin, y, x * sin + z * cos]
+    }
+
+    Waves2In3D Makes(v, x, y, z) {
+        let [frequency, scale, ..] = v.p;
+        let waved = |value: N, along: N| (value + (along * frequency).sin() * scale) * v.w;
+        [waved(x, y), waved(y, x), waved(z, (x + y) * 0.5)]
+    }
+
+    AxisSymmetryWf Makes(v, x, y, z, random) {
+        let centre = match v.p[0] {
+            axis if axis < 0.5 => (v.p[1], x),
+            axis if axis < 1.5 => (v.p[2], y),
+            _ => (v.p[3], z),
+        };
+        let moved = centre.1 - centre.0 + v.w / 2.0;
+        let moved = N::select(random.coin(), moved, -moved) + centre.0;
+        match v.p[0] {
+            axis if axis < 0.5 => [moved, y, z],
+            axis if axis < 1.5 => [x, moved, z],
+            _ => [x, y, moved],
+        }
+    }
+
+    Falloff2 Reads(v, x, y, z, random) {
+        let [strength, nearest, mul_x, mul_y, mul_z, _, x0, y0, z0, is_inverted, form, ..] = v.p;
+        let distance = square_in_space(x - x0, y - y0, z - z0).sqrt();
+        let zero = x.like(0.0);
+        let distance = if is_inverted == 0.0 { distance } else { (-(distance - 1.0)).max(zero) };
+        let far = (distance - nearest).max(zero) * strength;
+        let (e1, e2, e3) = (random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5);
+        let (e1, e2, e3) = (e1 * far, e2 * far, e3 * far);
+        let [x, y, z] = if form < 0.5 {
+            [x + e1 * mul_x, y + e2 * mul_y, z + e3 * mul_z]
+        } else if form < 1.5 {
+            let rho = square_in_space(x, y, z).sqrt() + e1 * mul_x;
+            let (c, s) = at_angle(z.atan2(radius(x, y)) + e3 * mul_z, rho);
+            let (x, y) = at_angle(y.atan2(x) + e2 * mul_y, c);
+            [x, y, s]
+        } else {
+            let (sin, cos) = (e2 * TAU).sin_cos();
+            let (across, up) = at_angle(e3 * PI, e1 * cos);
+            [x + across * mul_x, y + up * mul_y, z + e1 * sin * mul_z]
+        };
+        [x * v.w, y * v.w, z * v.w]
+    }
+}
+
+/// R², the square of the distance from the origin.
+#[inline(always)]
+fn square_in_space<N: Number>(x: N, y: N, z: N) -> N {
+    square_of_radius(x, y) + z * z
+}
+
+/// The absolute value to a power, with the sign of `value`.
+#[inline(always)]
+pub(super) fn bent<N: Number>(value: N, exponent: f64) -> N {
+    value.abs().pow(value.like(exponent)).copysign(value)
+}
