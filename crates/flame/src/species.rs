@@ -153,6 +153,7 @@ impl FlameTransition {
 
 impl species::Motion for FlameLoop {
     fn demand(&self, frame: f64, settings: &species::Settings) -> Result<Demand, species::RenderError> {
+        drawable(&self.motion)?;
         demand(&self.motion, frame, settings)
     }
 
@@ -172,6 +173,7 @@ impl species::Motion for FlameLoop {
 
 impl species::Motion for FlameTransition {
     fn demand(&self, frame: f64, settings: &species::Settings) -> Result<Demand, species::RenderError> {
+        self.loops.iter().try_for_each(drawable)?;
         demand(&self.motion, frame, settings)
     }
 
@@ -195,6 +197,12 @@ impl species::Motion for FlameTransition {
     fn is_noisy(&self) -> bool {
         true
     }
+}
+
+/// Refuses a loop whose genome asks for what is not drawn.
+fn drawable(motion: &Loop) -> Result<(), RenderError> {
+    let reasons = motion.genome().unsupported().refused;
+    if reasons.is_empty() { Ok(()) } else { Err(RenderError::Unsupported { reasons }) }
 }
 
 fn demand(motion: &dyn Motion, frame: f64, settings: &species::Settings) -> Result<Demand, species::RenderError> {

@@ -38,8 +38,8 @@ pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use pose::Pose;
 pub use program::Program;
-pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
 pub use split::Part;
+pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
 pub use wave::Wave;
 
 pub use crate::affine::Affine;

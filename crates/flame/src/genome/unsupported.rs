@@ -11,6 +11,7 @@ use std::fmt::{self, Display, Formatter};
 use super::attributes::{Meaning, of_flame, of_xform};
 use super::parse::shown;
 use super::{Element, Genome, Xform};
+use crate::variations::Undrawn;
 
 /// The attribute of `<flame>` that names the unknown variations without which it is drawn.
 pub const MARK: &str = "drawn_without";
@@ -77,6 +78,8 @@ pub enum Why {
     Solid,
     /// Another way from density to light.
     Tone,
+    /// A value of a variation's parameter that is not drawn.
+    Value,
     /// An unknown variation.
     Variation,
     /// A field that changes weights from point to point.
@@ -99,6 +102,7 @@ impl Why {
             Why::Order => "order",
             Why::Solid => "solid",
             Why::Tone => "tone",
+            Why::Value => "value",
             Why::Variation => "variation",
             Why::WeightField => "weighting-field",
         }
@@ -119,6 +123,7 @@ impl Why {
             Why::Order => "the order by",
             Why::Solid => "solid rendering by",
             Why::Tone => "the tone's",
+            Why::Value => "this value of",
             Why::WeightField => "the weighting field",
         }
     }
@@ -163,6 +168,11 @@ impl Genome {
         let mut found = self.unsupported_at_once();
         let marked = self.marked();
         for (place, xform) in self.places() {
+            for variation in &xform.variations {
+                for Undrawn { parameter, value, .. } in variation.undrawn() {
+                    found.add(&place, &variation.parameter_attribute(parameter), &value.to_string(), Why::Value);
+                }
+            }
             for motion in &xform.motions {
                 let added = &motion.added;
                 // It is read and does nothing, in flam3 too.
@@ -174,7 +184,8 @@ impl Genome {
         found
     }
 
-    /// The same without motions: what matters to this moment.
+    /// The same without motions and values: what matters to this moment. On the way between two values that are drawn, all
+    /// are.
     pub(crate) fn unsupported_at_once(&self) -> Unsupported {
         let mut found = Unsupported::default();
         let marked = self.marked();

@@ -56,6 +56,7 @@ fn what_changes_a_picture_is_refused_in_loops_and_in_transitions() {
     for (own, of_first, name) in [
         ("sld_render_enabled=\"1\"", "", "solid rendering by `sld_render_enabled` (`1`, the flame)"),
         ("", "waltz=\"0.5\"", "the variation `waltz` (`0.5`, transform 0)"),
+        ("", "falloff2=\"0.5\" falloff2_mul_c=\"0.3\"", "this value of `falloff2_mul_c` (`0.3`, transform 0)"),
     ] {
         let odd = Flame::new(flame(own, of_first), Backend::default());
         let turning = odd.turning([48, 32], 30.0);
