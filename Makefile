@@ -70,7 +70,7 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	cargo test --locked --release --package dreams --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --test it --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, studio, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, genomes, species, breeding, quality, gpu, import, bundles, studio, display or boot for one part
 	.ci/install play check check-all bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image
