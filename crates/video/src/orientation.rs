@@ -39,7 +39,7 @@ impl Orientation {
         let ([a, b], [c, d]) = ([number(0), number(1)], [number(3), number(4)]);
         let is_small = |part: f64, whole: f64| part.abs() <= ROUNDING * whole.abs();
         let is_flat = number(2) == 0.0 && number(5) == 0.0;
-        if bytes.len() != MATRIX_BYTES || !is_flat || a * d == b * c {
+        if bytes.len() != MATRIX_BYTES || !is_flat || a * d - b * c == 0.0 {
             return Err("in perspective or to a line".to_owned());
         }
         if is_small(b, a) && is_small(c, d) {

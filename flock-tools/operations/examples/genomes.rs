@@ -110,15 +110,14 @@ fn measure(genome: &Genome, text: &str, renderer: &Renderer, sources: &mut BTree
         smooths: false,
         seed: 1,
     };
-    match turning.demand(0.0, &settings) {
-        Err(_) => source.refused += 1,
-        Ok(_) => {
-            source.drawn += 1;
-            let theirs = program.and_then(|program| their_picture(program, &genome, text));
-            let ours = theirs.as_ref().and_then(|theirs| our_picture(&genome, theirs, renderer));
-            source.decibels.extend(theirs.zip(ours).map(|(theirs, ours)| psnr(&ours, &theirs)));
-        }
+    if turning.demand(0.0, &settings).is_err() {
+        source.refused += 1;
+        return;
     }
+    source.drawn += 1;
+    let theirs = program.and_then(|program| their_picture(program, &genome, text));
+    let ours = theirs.as_ref().and_then(|theirs| our_picture(&genome, theirs, renderer));
+    source.decibels.extend(theirs.zip(ours).map(|(theirs, ours)| psnr(&ours, &theirs)));
 }
 
 /// The picture of the program that wrote the genome, where that is installed.

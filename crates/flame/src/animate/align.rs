@@ -109,13 +109,12 @@ fn common_order(lists: &[&[Variation]]) -> Vec<Slot> {
     for list in lists {
         let mut after = 0;
         for variation in list.iter().filter(|variation| !variation.is_absent()) {
-            match order.iter().position(|slot| *slot == variation.slot()) {
-                Some(at) => after = at + 1,
-                None => {
-                    order.insert(after, variation.slot());
-                    after += 1;
-                }
-            }
+            let slot = variation.slot();
+            let place = order.iter().position(|known| *known == slot).unwrap_or_else(|| {
+                order.insert(after, slot);
+                after
+            });
+            after = place + 1;
         }
     }
     order

@@ -15,7 +15,7 @@ const HALVINGS: usize = 40;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curves {
     /// Rational cubic Bezier curves: each has four points `x y weight`.
-    Bezier([[[f64; 3]; 4]; 4]),
+    Bezier(Box<[[[f64; 3]; 4]; 4]>),
     /// Natural cubic splines through two points `x y` or more, whose x rise.
     Splines([Vec<[f64; 2]>; 4]),
 }
@@ -164,7 +164,7 @@ mod tests {
     }
 
     fn bezier_of(points: [[f64; 3]; 4]) -> Curves {
-        Curves::Bezier([points; 4])
+        Curves::Bezier(Box::new([points; 4]))
     }
 
     #[test]

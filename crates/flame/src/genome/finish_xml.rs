@@ -175,7 +175,7 @@ fn curves(numbers: &[f64]) -> Option<Curves> {
     let curve =
         |number: usize| std::array::from_fn(|point| std::array::from_fn(|i| numbers[12 * number + 3 * point + i]));
     let curves: [[[f64; 3]; 4]; 4] = std::array::from_fn(curve);
-    curves.as_flattened().iter().all(|point| point[2] > 0.0).then_some(Curves::Bezier(curves))
+    curves.as_flattened().iter().all(|point| point[2] > 0.0).then(|| Curves::Bezier(Box::new(curves)))
 }
 
 impl Genome {

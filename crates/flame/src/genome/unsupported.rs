@@ -397,7 +397,7 @@ mod tests {
 
     #[test]
     fn many_reasons_are_cut_in_words_and_none_is_lost() {
-        let attributes: String = (0..30).map(|number| format!(" waltz{number}x=\"1\"")).collect();
+        let attributes: String = (0..30).map(|number| format!(" waltz{number}x=\"1\"")).collect::<Vec<_>>().concat();
         let found = genome("", &[&attributes]).unsupported().refused;
         assert_eq!(found.0.len(), 30);
         assert!(found.to_string().ends_with("the variation `waltz7x` (`1`, transform 0), and 22 more"), "{found}");

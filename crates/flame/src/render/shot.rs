@@ -83,7 +83,9 @@ impl Shot {
         };
         let over = moments.iter().map(&mut over).collect();
         let has_z = plans.iter().any(|plan| plan.has_z);
-        plans.iter_mut().for_each(|plan| plan.has_z = has_z);
+        for plan in &mut plans {
+            plan.has_z = has_z;
+        }
         let plans = plans.into();
         Ok(Shot { plans, over, begins: Vec::new(), palette, all_steps: 0, seed, has_z }.again(samples, seed))
     }

@@ -128,7 +128,7 @@ impl Spelling {
 impl Variation {
     /// The attribute of its weight.
     pub(crate) fn attribute(&self) -> String {
-        self.base(self.number_suffix())
+        self.base(&self.number_suffix())
     }
 
     /// The attribute of its parameter `name`.
@@ -159,7 +159,7 @@ impl Variation {
         if self.number == 0 { String::new() } else { format!(".{}", u32::from(self.number) + 1) }
     }
 
-    fn base(&self, suffix: String) -> String {
+    fn base(&self, suffix: &str) -> String {
         let name = self.kind.name();
         let with = |prefix: &str| format!("{prefix}{name}{suffix}");
         match self.stage {
@@ -178,7 +178,13 @@ fn own_stage(kind: Kind, stage: Stage) -> Stage {
         Stage::Sum if kind == Kind::Flatten => Stage::After,
         Stage::Before if IGNORING.contains(&kind) => Stage::AddedBefore,
         Stage::After if IGNORING.contains(&kind) => Stage::AddedAfter,
-        _ => stage,
+        Stage::Before
+        | Stage::AddedBefore
+        | Stage::Sum
+        | Stage::Running
+        | Stage::After
+        | Stage::AddedAfter
+        | Stage::Never => stage,
     }
 }
 
@@ -238,11 +244,17 @@ mod tests {
             Stage::Never,
         ];
         // A blur is always added; what has a stage of its own has few others.
-        let exists = |kind, stage: Stage| match kind {
-            Kind::PreBlur => matches!(stage, Stage::Sum | Stage::Never),
-            Kind::Blur if stage == Stage::Never => false,
-            Kind::Flatten => matches!(stage, Stage::After | Stage::Running),
-            _ => !IGNORING.contains(&kind) || !matches!(stage, Stage::Before | Stage::After | Stage::Running),
+        let exists = |kind: Kind, stage: Stage| {
+            if kind == Kind::PreBlur {
+                matches!(stage, Stage::Sum | Stage::Never)
+            } else if kind == Kind::Flatten {
+                matches!(stage, Stage::After | Stage::Running)
+            } else if IGNORING.contains(&kind) {
+                let is_other = matches!(stage, Stage::Before | Stage::After | Stage::Running);
+                !is_other && (kind, stage) != (Kind::Blur, Stage::Never)
+            } else {
+                true
+            }
         };
         for (kind, stage, number) in Kind::ALL
             .into_iter()

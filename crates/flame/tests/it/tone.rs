@@ -93,8 +93,8 @@ fn a_jwildfire_genome_has_the_light_that_jwildfire_gives_it() {
 #[test]
 fn fractoriums_and_jwildfires_palettes_end_with_their_last_colour() {
     let picture = |version: &str| {
-        let colours: String =
-            (0..256).map(|i| format!("<color index=\"{i}\" rgb=\"{0} {0} {0}\"/>", 255 * (i / 255))).collect();
+        let colour = |i| format!("<color index=\"{i}\" rgb=\"{0} {0} {0}\"/>", 255 * (i / 255));
+        let colours = (0..256).map(colour).collect::<Vec<_>>().concat();
         let text = format!(
             "<flame version=\"{version}\" size=\"16 16\" scale=\"4\" brightness=\"40\"><xform weight=\"1\" color=\"0.998\" \
              color_speed=\"1\" gaussian_blur=\"1\" coefs=\"1 0 0 1 0 0\"/>{colours}</flame>"
