@@ -11,7 +11,7 @@
 
 use super::waves::with_kinds_of_waves;
 use crate::genome::{Affine, Genome, Space, Xform};
-use crate::variations::{Kind, Slot, Stage, Variation};
+use variations::{Kind, Slot, Stage, Variation};
 
 /// The variations that are discontinuous at their centre.
 const DISCONTINUOUS: [Kind; 7] =

@@ -8,7 +8,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
 use crate::genome::{Affine, Genome, Xform};
-use crate::variations::Variation;
+use variations::Variation;
 
 /// How much each difference counts; each is from 0 to 1.
 const BY_VARIATIONS: f64 = 1.0;

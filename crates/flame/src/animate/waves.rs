@@ -11,7 +11,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::genome::{Affine, Wave, WaveShape, Xform};
-use crate::variations::Variation;
+use variations::Variation;
 
 /// The transform with its waves added, `part` of the loop after its start (any number), and without waves.
 pub(super) fn waved(xform: &Xform, part: f64) -> Xform {

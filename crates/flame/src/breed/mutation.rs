@@ -12,7 +12,7 @@ use super::palette;
 use super::random::{SYMMETRIES, lens, set_chaos, spread_colours, xform};
 use super::variety::{self, SOFT, drawn};
 use crate::genome::{Affine, Genome, Palette, Pose, Xform};
-use crate::variations::Variation;
+use variations::Variation;
 
 /// Deviations of what is done to an affine part: radians, logarithm of size, lean in radians, shift.
 const TURN: f64 = 30.0 * std::f64::consts::PI / 180.0;
@@ -29,6 +29,8 @@ const MOST_VARIATIONS: usize = 4;
 /// Deviations of what is done to a camera in space, in radians, and of its perspective.
 const TILT: f64 = 0.2;
 const PERSPECTIVE: f64 = 0.05;
+/// The perspective of a camera that stood straight.
+const NEW_PERSPECTIVE: f64 = 0.2;
 /// The least opacity that a mutation gives.
 const LEAST_OPACITY: f64 = 0.2;
 
@@ -108,7 +110,7 @@ impl Mutation {
         TABLE[rng.weighted(&shares).unwrap_or(0)].0
     }
 
-    /// Whether it can be done to `genome`.
+    /// Whether chance may take it for `genome`: a camera that stands straight is tilted only if that is asked for.
     pub(super) fn fits(self, genome: &Genome) -> bool {
         match self {
             Mutation::Add => genome.xforms.len() < MOST_XFORMS,
@@ -163,7 +165,8 @@ impl Genome {
     /// A child by this mutation. `None` if there are too many transforms to add one, or too few to delete one.
     pub fn mutated_by(&self, mutation: Mutation, strength: f64, rng: &mut Rng) -> Option<Genome> {
         let parent = bred(self, rng);
-        mutation.fits(&parent).then(|| changed(parent, mutation, strength, rng))
+        let is_possible = mutation == Mutation::Camera || mutation.fits(&parent);
+        is_possible.then(|| changed(parent, mutation, strength, rng))
     }
 }
 
@@ -270,6 +273,9 @@ fn change_colours(xforms: &mut [Xform], strength: f64, rng: &mut Rng) {
 
 /// A camera that is tilted and turned by chance.
 fn change_pose(pose: &mut Pose, strength: f64, rng: &mut Rng) {
+    if pose.is_straight() {
+        pose.perspective = NEW_PERSPECTIVE;
+    }
     for angle in [&mut pose.pitch, &mut pose.yaw] {
         *angle = short(*angle + TILT * strength * rng.normal());
     }

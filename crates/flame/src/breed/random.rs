@@ -12,7 +12,7 @@ use super::chance::{even, happens, pick};
 use super::palette;
 use super::variety::{Family, LENSES, SOFT, drawn, is_root, of_kind};
 use crate::genome::{Affine, Camera, Genome, PaletteMode, Pose, Sampling, Tone, Xform};
-use crate::variations::Kind;
+use variations::Kind;
 
 /// How many transforms, by chance.
 const COUNTS: [usize; 9] = [2, 2, 3, 3, 3, 4, 4, 5, 6];

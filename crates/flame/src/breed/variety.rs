@@ -7,7 +7,7 @@
 use species::Rng;
 
 use super::chance::{even, happens, pick};
-use crate::variations::{Kind, Variation};
+use variations::{Kind, Variation};
 
 /// How often a transform has one variation alone; else it has two.
 const ALONE: f64 = 0.62;

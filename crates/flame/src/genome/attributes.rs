@@ -12,7 +12,7 @@ use super::Xform;
 use super::origin::is_of_origin;
 use super::parse::list;
 use super::unsupported::Why;
-use crate::variations::{Kind, Spelling};
+use variations::{Kind, Spelling};
 
 /// When an attribute changes nothing.
 enum Neutral {
@@ -215,7 +215,7 @@ impl Neutral {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variations::Variation;
+    use variations::Variation;
 
     #[test]
     fn attributes_of_a_flame_are_neutral_at_their_own_values_only() {

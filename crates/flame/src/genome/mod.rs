@@ -42,8 +42,8 @@ pub use split::Part;
 pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
 pub use wave::Wave;
 
-pub use crate::affine::Affine;
-use crate::variations::Variation;
+pub use variations::Affine;
+use variations::Variation;
 
 /// A flame: its transforms, camera and colours.
 #[derive(Clone, Debug, PartialEq)]
@@ -176,7 +176,7 @@ pub struct Xform {
     pub affine: Affine,
     /// `post`: the affine part after the variations.
     pub post: Affine,
-    /// The variations, no two of one [`Slot`](crate::variations::Slot).
+    /// The variations, no two of one [`Slot`](variations::Slot).
     pub variations: Vec<Variation>,
     /// Attributes that are kept as they are. If one changes the picture, the flame is not rendered: it is a variation or
     /// a feature that this crate lacks, and [`Genome::unsupported`] names it.

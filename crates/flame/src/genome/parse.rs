@@ -14,7 +14,7 @@ use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place, Space,
     TemporalShape, Wave, Xform,
 };
-use crate::variations::{Kind, Part, Slot, Spelling, Variation};
+use variations::{Kind, Part, Slot, Spelling, Variation};
 
 /// How many characters of a wrong value are told.
 const SHOWN: usize = 80;

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::{Affine, Genome, Xform};
-use crate::variations::{Kind, Variation};
+use variations::{Kind, Variation};
 
 impl Genome {
     /// How many transforms a flame may have to be rendered, those of its symmetries included.

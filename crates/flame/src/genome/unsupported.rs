@@ -11,7 +11,7 @@ use std::fmt::{self, Display, Formatter};
 use super::attributes::{Meaning, of_flame, of_xform};
 use super::parse::shown;
 use super::{Element, Genome, Xform};
-use crate::variations::Undrawn;
+use variations::Undrawn;
 
 /// The attribute of `<flame>` that names the unknown variations without which it is drawn.
 pub const MARK: &str = "drawn_without";

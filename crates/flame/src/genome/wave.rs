@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::parse::{Read, attributes, variation_attribute, wrong, xform_attribute};
 use super::{Affine, Element, GenomeError, WaveShape, Xform};
-use crate::variations::{MAX_PARAMETERS, Part, Spelling, Variation};
+use variations::{MAX_PARAMETERS, Part, Spelling, Variation};
 
 /// The 2x2 part and the translation of nothing.
 const NOTHING: Affine = Affine { a: 0.0, b: 0.0, c: 0.0, d: 0.0, e: 0.0, f: 0.0 };

@@ -148,13 +148,6 @@ impl Palette {
     }
 }
 
-impl Affine {
-    /// The six numbers in the order of the file: column by column.
-    pub(super) fn columns(&self) -> [f64; 6] {
-        [self.a, self.d, self.b, self.e, self.c, self.f]
-    }
-}
-
 impl Element {
     /// Adds an attribute unless its value is 0.
     pub(super) fn set_unless_0(&mut self, name: &str, value: f64) {

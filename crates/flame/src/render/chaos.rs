@@ -12,8 +12,8 @@ use super::draw::Game;
 use super::plan::{CompiledXform, Passed, Plan, Summand};
 use super::pool::ORBITS;
 use super::shot::{ENTRIES, FUSE, Shot};
-use crate::variations::{Compiled, Depth, Formula, Visitor};
 use species::Rng;
+use variations::{Compiled, Depth, Formula, Visitor};
 
 /// Steps of a shot that an orbit takes part in: 8,192 samples.
 const STEPS: u64 = 4;

@@ -9,7 +9,7 @@ use super::RenderError;
 use super::projection::Projection;
 use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Xform};
-use crate::variations::{Compiled, Depth, Kind, Stage, Variation};
+use variations::{Compiled, Depth, Kind, Stage, Variation};
 
 /// The darkest samples, as a part of full brightness: a histogram in whole numbers rounds darker ones too much.
 const DARKEST: f64 = 1.0 / 16.0;

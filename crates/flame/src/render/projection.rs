@@ -11,7 +11,7 @@
 use std::f64::consts::TAU;
 
 use crate::genome::Pose;
-use crate::number::{Number, Random};
+use variations::number::{Number, Random};
 
 /// What `cam_dof` is multiplied by.
 const BLUR: f64 = 0.1;

@@ -11,11 +11,11 @@ use std::fmt::Write;
 use super::frame::ORBITS_OF_WORKGROUP;
 use super::tape::{Recorded, Steps, Tape, float};
 use crate::genome::Affine;
-use crate::number::series;
 use crate::render::RenderError;
 use crate::render::plan::{CompiledXform, Passed, Plan, Summand};
 use crate::render::shot::{ENTRIES, Shot};
-use crate::variations::{Compiled, MAX_PARAMETERS};
+use variations::number::series;
+use variations::{Compiled, MAX_PARAMETERS};
 
 /// Most variations in all forms of transforms of a frame: a driver takes seconds to compile so many.
 const MOST_CALLS: usize = 2000;

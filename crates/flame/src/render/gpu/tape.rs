@@ -10,8 +10,8 @@ use std::f64::consts::{LN_2, LOG2_E};
 use std::fmt::Write;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use crate::number::{Mask, Number, Random};
-use crate::variations::{Compiled, Formula, Visitor};
+use variations::number::{Mask, Number, Random};
+use variations::{Compiled, Formula, Visitor};
 
 /// What a formula does, step by step, and the constants that it does it with.
 #[derive(Debug, Default)]

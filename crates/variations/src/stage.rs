@@ -50,7 +50,7 @@ const WEIGHTLESS: [Kind; 2] = [Kind::AxisSymmetryWf, Kind::RotateY];
 
 impl Slot {
     /// Whether a variation here comes from nothing by its presence; else by its weight.
-    pub(crate) fn comes_by_presence(self) -> bool {
+    pub fn comes_by_presence(self) -> bool {
         self.stage.replaces() || WEIGHTLESS.contains(&self.kind)
     }
 

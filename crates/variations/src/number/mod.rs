@@ -9,21 +9,21 @@
 mod lanes;
 mod plain;
 mod random;
-pub(crate) mod series;
+pub mod series;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-pub(crate) use lanes::Lanes;
-pub(crate) use random::LaneRng;
+pub use lanes::Lanes;
+pub use random::LaneRng;
 
 /// How many orbits [`Lanes`] hold.
-pub(crate) const LANES: usize = 16;
+pub const LANES: usize = 16;
 
 /// A real number, or several that take the same steps.
 ///
 /// Constants and parameters are `f64` on the right of an operator. Nothing here panics: what has no value is NaN or
 /// very large, and whoever iterates looks for that.
-pub(crate) trait Number:
+pub trait Number:
     Copy
     + Neg<Output = Self>
     + Add<Output = Self>
@@ -111,10 +111,10 @@ pub(crate) trait Number:
 }
 
 /// The outcome of a comparison, for one number or for several.
-pub(crate) trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
 
 /// Where formulas get random numbers from.
-pub(crate) trait Random<N: Number> {
+pub trait Random<N: Number> {
     /// A number in `0.0..1.0`.
     fn unit(&mut self) -> N;
     /// Heads or tails.

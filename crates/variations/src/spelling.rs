@@ -13,16 +13,17 @@ use super::{Kind, Slot, Stage, Variation};
 
 /// What an attribute of a transform says of a variation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Spelling {
+pub struct Spelling {
     /// Of which one.
-    pub(crate) slot: Slot,
+    pub slot: Slot,
     /// And what.
-    pub(crate) part: Part,
+    pub part: Part,
 }
 
 /// What an attribute says of a variation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub enum Part {
+    /// The weight.
     Weight,
     /// The parameter of this index.
     Parameter(usize),
@@ -81,7 +82,7 @@ static NAMES: LazyLock<HashMap<String, (Kind, Part)>> = LazyLock::new(|| {
 
 impl Spelling {
     /// What the attribute `name` says, if it is of a variation.
-    pub(crate) fn of(name: &str) -> Option<Spelling> {
+    pub fn of(name: &str) -> Option<Spelling> {
         let (name, number) = without_number(name);
         if let Some(name) = name.strip_suffix(PRESENCE) {
             return Spelling::of_part(name, number, Some(Part::Presence));
@@ -109,7 +110,7 @@ impl Spelling {
     }
 
     /// The stage of a variation in `slot` whose JWildfire priority is `value`.
-    pub(crate) fn stage_of_priority(slot: Slot, value: f64) -> Option<Stage> {
+    pub fn stage_of_priority(slot: Slot, value: f64) -> Option<Stage> {
         let stage = slot.stage;
         let is_before = matches!(stage, Stage::Before | Stage::AddedBefore) || slot.kind == Kind::PreBlur;
         let is_after = matches!(stage, Stage::After | Stage::AddedAfter);
@@ -127,17 +128,17 @@ impl Spelling {
 
 impl Variation {
     /// The attribute of its weight.
-    pub(crate) fn attribute(&self) -> String {
+    pub fn attribute(&self) -> String {
         self.base(&self.number_suffix())
     }
 
     /// The attribute of its parameter `name`.
-    pub(crate) fn parameter_attribute(&self, name: &str) -> String {
+    pub fn parameter_attribute(&self, name: &str) -> String {
         format!("{}_{name}", self.attribute())
     }
 
     /// The attributes that are needed besides to say when it is applied, with their values.
-    pub(crate) fn stage_attributes(&self) -> Vec<(String, f64)> {
+    pub fn stage_attributes(&self) -> Vec<(String, f64)> {
         let name = self.attribute();
         let mut found = Vec::new();
         let spelled = Spelling::of(&name).map(|spelling| spelling.slot.stage);

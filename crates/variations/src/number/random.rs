@@ -13,14 +13,14 @@ use species::Rng;
 /// # Source
 /// Blackman & Vigna, *Scrambled linear pseudorandom number generators* (2018); public domain.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LaneRng<S: Simd> {
+pub struct LaneRng<S: Simd> {
     state: [u32x16<S>; 4],
 }
 
 impl<S: Simd> LaneRng<S> {
     /// The stream numbered `stream` of `seed`.
     #[inline(always)]
-    pub(crate) fn stream(simd: S, seed: u64, stream: u64) -> LaneRng<S> {
+    pub fn stream(simd: S, seed: u64, stream: u64) -> LaneRng<S> {
         let mut mix = Rng::stream(seed, stream);
         let state = [[(); LANES]; 4].map(|lanes| u32x16::load_array(simd, lanes.map(|()| (mix.bits() >> 32) as u32)));
         LaneRng { state }
@@ -28,7 +28,7 @@ impl<S: Simd> LaneRng<S> {
 
     /// The next 32 random bits of each.
     #[inline(always)]
-    pub(crate) fn bits(&mut self) -> u32x16<S> {
+    pub fn bits(&mut self) -> u32x16<S> {
         let [mut s0, mut s1, mut s2, mut s3] = self.state;
         let out = rotated(s0 + s3, 7) + s0;
         let shifted = s1 << 9;

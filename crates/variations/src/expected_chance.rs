@@ -10,7 +10,7 @@ use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use super::Kind::{self, *};
 use super::expected::{At, CASES, compiled, points};
 use crate::number::{LANES, Lanes, Number, Random};
-use crate::variations::{Compiled, Formula, Visitor};
+use crate::{Compiled, Formula, Visitor};
 use species::Rng;
 
 /// Parameters with which those that are not in [`CASES`] are tried.

@@ -4,7 +4,9 @@
 //! then put in order by it, so that each transform runs over a group of neighbours, sixteen at once. What a pool draws
 //! is a pure function of the shot, the seed and the pool's number, the same bits for every instruction set.
 //!
-//! Start at [`Pool`]. `chaos.rs` plays the same game with one orbit in `f64`.
+//! Start at [`Pool`]; `stages.rs` sends a group through a transform. `chaos.rs` plays the same game with one orbit in `f64`.
+
+mod stages;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,11 +15,10 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 
 use super::bins::Bins;
 use super::draw::Game;
-use super::plan::{CompiledXform, Passed, Plan, Summand};
+use super::plan::{CompiledXform, Plan};
 use super::shot::{ENTRIES, FUSE, Shot};
 use crate::genome::{Affine, Genome};
-use crate::number::{LANES, LaneRng, Lanes, Number, Random};
-use crate::variations::{Compiled, Depth, Formula, Visitor};
+use variations::number::{LANES, LaneRng, Lanes, Number, Random};
 
 /// Orbits of a pool.
 pub(crate) const ORBITS: usize = 2048;
@@ -231,114 +232,6 @@ impl<S: Simd> Pool<S> {
         }
     }
 
-    /// The affine part before the variations, what these add up to, and what becomes of the sum.
-    #[inline(always)]
-    fn enter<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
-        self.map::<HAS_Z>(&chosen.affine, group);
-        for passed in &chosen.before {
-            self.pass::<HAS_Z>(passed, group);
-            std::mem::swap(&mut self.points, &mut self.sums);
-            self.clear::<HAS_Z>(group);
-        }
-        for summand in &chosen.variations {
-            match summand {
-                Summand::Plain(variation) => self.vary::<HAS_Z>(variation, group),
-                Summand::Part { variation, presence } => self.vary_in_part::<HAS_Z>(variation, *presence, group),
-                Summand::Running(passed) => self.pass_sum::<HAS_Z>(passed, group),
-            }
-        }
-        for passed in &chosen.after {
-            self.pass_sum::<HAS_Z>(passed, group);
-        }
-    }
-
-    /// The affine part, with nothing added up yet. It leaves z alone.
-    #[inline(always)]
-    fn map<const HAS_Z: bool>(&mut self, affine: &Affine, group: Group) {
-        let simd = self.simd;
-        for vector in group.vectors() {
-            let x = Lanes(f32x16::load_array_ref(simd, &self.next.x[vector]));
-            let y = Lanes(f32x16::load_array_ref(simd, &self.next.y[vector]));
-            let (x, y) = image(affine, x, y);
-            x.0.store_array(&mut self.points[0][vector]);
-            y.0.store_array(&mut self.points[1][vector]);
-            self.sums[0][vector] = [0.0; LANES];
-            self.sums[1][vector] = [0.0; LANES];
-            if HAS_Z {
-                self.points[2][vector] = self.next.z[vector];
-                self.sums[2][vector] = [0.0; LANES];
-            }
-        }
-    }
-
-    /// Empties the sums.
-    #[inline(always)]
-    fn clear<const HAS_Z: bool>(&mut self, group: Group) {
-        for sums in &mut self.sums[..axes::<HAS_Z>()] {
-            sums[group.vectors()].fill([0.0; LANES]);
-        }
-    }
-
-    /// Adds a part of what a variation gives.
-    #[inline(always)]
-    fn vary_in_part<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
-        std::mem::swap(&mut self.held, &mut self.sums);
-        self.clear::<HAS_Z>(group);
-        self.vary::<HAS_Z>(variation, group);
-        for axis in 0..axes::<HAS_Z>() {
-            for vector in group.vectors() {
-                let before = Lanes(f32x16::load_array_ref(self.simd, &self.held[axis][vector]));
-                let part = Lanes(f32x16::load_array_ref(self.simd, &self.sums[axis][vector]));
-                part.mul_add(part.like(presence), before).0.store_array(&mut self.sums[axis][vector]);
-            }
-        }
-    }
-
-    /// Applies a variation to the sums.
-    #[inline(always)]
-    fn pass_sum<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
-        std::mem::swap(&mut self.held, &mut self.points);
-        std::mem::swap(&mut self.points, &mut self.sums);
-        self.clear::<HAS_Z>(group);
-        self.pass::<HAS_Z>(passed, group);
-        std::mem::swap(&mut self.points, &mut self.held);
-    }
-
-    /// Makes of empty sums what becomes of the points by a variation that replaces them or is added to them.
-    #[inline(always)]
-    fn pass<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
-        self.vary::<HAS_Z>(&passed.variation, group);
-        let keeps_z = passed.variation.kind.depth() == Depth::None;
-        for axis in 0..axes::<HAS_Z>() {
-            for vector in group.vectors() {
-                let point = Lanes(f32x16::load_array_ref(self.simd, &self.points[axis][vector]));
-                let result = Lanes(f32x16::load_array_ref(self.simd, &self.sums[axis][vector]));
-                let passed = match passed.presence {
-                    None => point + result,
-                    Some(_) if axis == 2 && keeps_z => point,
-                    Some(1.0) => result,
-                    Some(presence) => (result - point).mul_add(point.like(presence), point),
-                };
-                passed.0.store_array(&mut self.sums[axis][vector]);
-            }
-        }
-    }
-
-    /// Adds what a variation gives.
-    #[inline(always)]
-    fn vary<const HAS_Z: bool>(&mut self, variation: &Compiled, group: Group) {
-        let vectors = group.vectors();
-        let [x, y, z] = self.points.each_ref().map(|places| &places[vectors.clone()]);
-        let [sum_x, sum_y, sum_z] = self.sums.each_mut().map(|places| &mut places[vectors.clone()]);
-        let (simd, random) = (self.simd, &mut self.random);
-        let flat = Vary { simd, variation, points: (x, y), sums: (sum_x, sum_y), random };
-        if HAS_Z {
-            variation.kind.visit(VaryInSpace { flat, z, sum_z });
-        } else {
-            variation.kind.visit(flat);
-        }
-    }
-
     /// The affine part after the variations.
     #[inline(always)]
     fn leave(&self, chosen: &CompiledXform, vector: usize) -> (Lanes<S>, Lanes<S>) {
@@ -523,81 +416,6 @@ impl<S: Simd> Game for Pool<S> {
             );
         }
         self.samples
-    }
-}
-
-/// How many coordinates a point has.
-const fn axes<const HAS_Z: bool>() -> usize {
-    if HAS_Z { 3 } else { 2 }
-}
-
-/// A variation over the vectors of a group.
-struct Vary<'a, S: Simd> {
-    simd: S,
-    variation: &'a Compiled,
-    points: (&'a [[f32; LANES]], &'a [[f32; LANES]]),
-    sums: (&'a mut [[f32; LANES]], &'a mut [[f32; LANES]]),
-    random: &'a mut LaneRng<S>,
-}
-
-impl<S: Simd> Visitor for Vary<'_, S> {
-    type Out = ();
-
-    #[inline(always)]
-    fn visit<F: Formula>(self) {
-        let Vary { simd, variation, points, sums, random } = self;
-        // A function of its own for each formula: otherwise all of them would be one.
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                // A copy, so that the generators stay in registers.
-                let mut own = *random;
-                let points = points.0.iter().zip(points.1);
-                for ((x, y), (sum_x, sum_y)) in points.zip(sums.0.iter_mut().zip(sums.1)) {
-                    let (x, y) = (Lanes(f32x16::load_array_ref(simd, x)), Lanes(f32x16::load_array_ref(simd, y)));
-                    let (x, y) = F::at(variation, x, y, &mut own);
-                    (f32x16::load_array_ref(simd, sum_x) + x.0).store_array(sum_x);
-                    (f32x16::load_array_ref(simd, sum_y) + y.0).store_array(sum_y);
-                }
-                *random = own;
-            },
-        );
-    }
-}
-
-/// A variation in space over the vectors of a group.
-struct VaryInSpace<'a, S: Simd> {
-    flat: Vary<'a, S>,
-    z: &'a [[f32; LANES]],
-    sum_z: &'a mut [[f32; LANES]],
-}
-
-impl<S: Simd> Visitor for VaryInSpace<'_, S> {
-    type Out = ();
-
-    #[inline(always)]
-    fn visit<F: Formula>(self) {
-        if F::DEPTH == Depth::None {
-            // It gives no z.
-            return self.flat.visit::<F>();
-        }
-        let VaryInSpace { flat: Vary { simd, variation, points, sums, random }, z, sum_z } = self;
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut own = *random;
-                let points = points.0.iter().zip(points.1).zip(z);
-                let sums = sums.0.iter_mut().zip(sums.1).zip(sum_z);
-                for (((x, y), z), ((sum_x, sum_y), sum_z)) in points.zip(sums) {
-                    let point = [x, y, z].map(|places| Lanes(f32x16::load_array_ref(simd, places)));
-                    let part = F::in_space(variation, point, &mut own);
-                    for (sum, part) in [sum_x, sum_y, sum_z].into_iter().zip(part) {
-                        (f32x16::load_array_ref(simd, sum) + part.0).store_array(sum);
-                    }
-                }
-                *random = own;
-            },
-        );
     }
 }
 

@@ -16,11 +16,11 @@ use super::{Mask, Number, series};
 
 /// Sixteen `f32`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lanes<S: Simd>(pub(crate) f32x16<S>);
+pub struct Lanes<S: Simd>(pub f32x16<S>);
 
 /// Sixteen outcomes of a comparison.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LaneMask<S: Simd>(pub(crate) mask32x16<S>);
+pub struct LaneMask<S: Simd>(pub mask32x16<S>);
 
 macro_rules! operators {
     ($($operator:ident $method:ident;)*) => {$(

@@ -8,9 +8,9 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use super::Kind::{self, *};
 use super::{MAX_PARAMETERS, Variation};
-use crate::affine::Affine;
+use crate::Affine;
 use crate::number::Random;
-use crate::variations::{Compiled, Formula, Visitor};
+use crate::{Compiled, Formula, Visitor};
 use species::Rng;
 
 /// A complex number.

@@ -10,14 +10,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::precomputed::of_others;
 use super::{Kind, MAX_PARAMETERS, Variation};
-use crate::affine::Affine;
+use crate::Affine;
 use crate::number::{Number, Random};
 
 /// Keeps divisors away from zero.
 pub(super) const TINY: f64 = 1e-10;
 
 /// The formula of a variation.
-pub(crate) trait Formula {
+pub trait Formula {
     /// What it does with z.
     const DEPTH: Depth = Depth::None;
 
@@ -34,7 +34,7 @@ pub(crate) trait Formula {
 
 /// What a formula does with z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Depth {
+pub enum Depth {
     /// It gives 0, whatever z is.
     None,
     /// It gives a z; x and y do not depend on z.
@@ -44,7 +44,7 @@ pub(crate) enum Depth {
 }
 
 /// What is done with a formula that is known only at run time; [`Kind::visit`] finds it.
-pub(crate) trait Visitor {
+pub trait Visitor {
     /// What comes of it.
     type Out;
     /// Does it with `F`.
@@ -53,19 +53,19 @@ pub(crate) trait Visitor {
 
 /// A variation with everything precomputed that does not depend on the point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Compiled {
+pub struct Compiled {
     /// Which formula.
-    pub(crate) kind: Kind,
+    pub kind: Kind,
     /// The weight.
-    pub(crate) w: f64,
+    pub w: f64,
     /// Values precomputed from the parameters.
-    pub(crate) p: [f64; MAX_PARAMETERS],
+    pub p: [f64; MAX_PARAMETERS],
 }
 
 impl Compiled {
     /// Precomputes `variation` for a transform whose affine part is `affine`.
     #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
-    pub(crate) fn new(variation: &Variation, affine: &Affine) -> Compiled {
+    pub fn new(variation: &Variation, affine: &Affine) -> Compiled {
         let Variation { kind, weight, params: q, .. } = *variation;
         let p = match kind {
             Kind::Waves => values([affine.b, over_square(affine.c), affine.e, over_square(affine.f)]),
@@ -118,10 +118,10 @@ macro_rules! formulas {
     ($($kind:ident($v:ident, $x:tt, $y:tt $(, $random:ident)?) $body:block)*) => {$(
         pub(super) struct $kind;
 
-        impl $crate::variations::formulas::Formula for $kind {
+        impl $crate::formulas::Formula for $kind {
             #[inline(always)]
             fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
-                $v: &$crate::variations::formulas::Compiled,
+                $v: &$crate::formulas::Compiled,
                 $x: N,
                 $y: N,
                 _unused: &mut R,
@@ -140,12 +140,12 @@ macro_rules! solids {
     ($($kind:ident $depth:ident($v:ident, $x:tt, $y:tt, $z:tt $(, $random:ident)?) $body:block)*) => {$(
         pub(super) struct $kind;
 
-        impl $crate::variations::formulas::Formula for $kind {
-            const DEPTH: $crate::variations::formulas::Depth = $crate::variations::formulas::Depth::$depth;
+        impl $crate::formulas::Formula for $kind {
+            const DEPTH: $crate::formulas::Depth = $crate::formulas::Depth::$depth;
 
             #[inline(always)]
             fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
-                v: &$crate::variations::formulas::Compiled,
+                v: &$crate::formulas::Compiled,
                 x: N,
                 y: N,
                 random: &mut R,
@@ -156,7 +156,7 @@ macro_rules! solids {
 
             #[inline(always)]
             fn in_space<N: $crate::number::Number, R: $crate::number::Random<N>>(
-                $v: &$crate::variations::formulas::Compiled,
+                $v: &$crate::formulas::Compiled,
                 [$x, $y, $z]: [N; 3],
                 _unused: &mut R,
             ) -> [N; 3] {

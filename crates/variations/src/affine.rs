@@ -27,7 +27,7 @@ impl Affine {
     }
 
     /// The sum of this one and `part` of `other`, number by number.
-    pub(crate) fn plus(&self, other: &Affine, part: f64) -> Affine {
+    pub fn plus(&self, other: &Affine, part: f64) -> Affine {
         Affine {
             a: self.a + part * other.a,
             b: self.b + part * other.b,
@@ -49,5 +49,10 @@ impl Affine {
             e: sin * self.b + cos * self.e,
             ..*self
         }
+    }
+
+    /// The six numbers in the order of flam3: column by column.
+    pub fn columns(&self) -> [f64; 6] {
+        [self.a, self.d, self.b, self.e, self.c, self.f]
     }
 }

@@ -1,9 +1,9 @@
-//! The variations: their names, parameters and stages.
+//! The variations of flames: their names, parameters, stages and formulas.
 //!
 //! Owns the table that the XML reader, the writer, the animation and the renderer share: V0 to V98 of flam3, and after
 //! them those of other programs. `spelling.rs` has the spelling in files, `stage.rs` the order inside a transform,
-//! `formulas.rs` says what a formula is, `limits.rs` which parameters are not drawn; the other files have the mathematics,
-//! `render` calls it.
+//! `formulas.rs` says what a formula is, `limits.rs` which parameters are not drawn; `number` has the numbers that formulas
+//! calculate with; the other files have the mathematics. Never knows a transform, an orbit or a picture: `flame` does.
 //!
 //! Start at [`Kind`].
 //!
@@ -11,7 +11,12 @@
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008), appendix: catalogue of variations, V0 to V48. Names,
 //! numbers and parameters of the others are those of flam3 3.1.1; where a genome does not give a parameter, its pictures say
 //! what it is.
+#![forbid(unsafe_code)]
+#![allow(clippy::inline_always, reason = "a call that is not inlined would use other instructions than its caller")]
+#![allow(clippy::return_self_not_must_use, reason = "nobody calculates but for the result")]
+#![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
+mod affine;
 mod blurs;
 mod chance;
 mod complex;
@@ -25,6 +30,7 @@ mod figures;
 mod formulas;
 mod later;
 mod limits;
+pub mod number;
 mod plain;
 mod precomputed;
 mod roots;
@@ -35,9 +41,10 @@ mod stage;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-pub(crate) use formulas::{Compiled, Depth, Formula, Visitor};
+pub use affine::Affine;
+pub use formulas::{Compiled, Depth, Formula, Visitor};
 pub use limits::{Limit, Undrawn};
-pub(crate) use spelling::{Part, Spelling};
+pub use spelling::{Part, Spelling};
 pub use stage::{Slot, Stage};
 
 /// How many parameters a variation has at most.
@@ -126,7 +133,7 @@ macro_rules! kinds {
 
             /// Does what `visitor` does with the formula.
             #[inline(always)]
-            pub(crate) fn visit<V: Visitor>(self, visitor: V) -> V::Out {
+            pub fn visit<V: Visitor>(self, visitor: V) -> V::Out {
                 match self { $(Kind::$kind => visitor.visit::<$module::$kind>()),* }
             }
         }
@@ -320,7 +327,7 @@ impl Kind {
     }
 
     /// What the formula does with z.
-    pub(crate) fn depth(self) -> Depth {
+    pub fn depth(self) -> Depth {
         struct DepthOf;
         impl Visitor for DepthOf {
             type Out = Depth;
