@@ -46,9 +46,16 @@ struct Source {
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("wanted a folder of genomes: make bench what=genomes GENOMES=FOLDER")?;
+    let (answer, is_kept) = judged(&counted(Path::new(&folder))?);
+    println!("{answer:#}");
+    Ok(if is_kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What became of all genomes below `folder`, by the program that wrote them.
+fn counted(folder: &Path) -> Result<BTreeMap<&'static str, Source>, Box<dyn Error>> {
     let mut sources: BTreeMap<&'static str, Source> = BTreeMap::new();
     let mut files = Vec::new();
-    list(Path::new(&folder), &mut files)?;
+    list(folder, &mut files)?;
     files.sort();
     let renderer = Renderer::new(0)?;
     for file in &files {
@@ -64,9 +71,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             }
         }
     }
-    let (answer, is_kept) = judged(&sources);
-    println!("{answer:#}");
-    Ok(if is_kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(sources)
 }
 
 /// Adds the files of `folder` and of those below it that may have genomes.

@@ -18,7 +18,7 @@ const WORKS: [[&str; 5]; 10] = [
      "linear3D=\"0.8\" zblur=\"0.2\" var_color=\"1\"|TwinTrian=\"0.2\" linear3D=\"0.7\"", ""],
     ["cloister.flame", "flames name=\"Batch\"", "version=\"Apophysis v2.09\" angle=\"1.0471975511966\" rotate=\"-60\" oversample=\"1\"",
      "linear=\"0.9\"|julian=\"1\" julian_power=\"3\" julian_dist=\"1\"", ""],
-    ["meander.flame", "flames", "version=\"EMBER-WIN-1.0.0.11\" cam_zpos=\"0.1\" blur_curve=\"0\" curves=\"0 0 1 0 0 1 1 1 1 1 1 1 0 0 1 0 0 1 1 1 1 1 1 1\"",
+    ["meander.flame", "flames", "version=\"EMBER-WIN-1.0.0.11\" cam_zpos=\"0.1\" blur_curve=\"0\" curves=\"0 0 1 0 0 1 1 1 1 1 1 1 0 0 1 0 0 1 1 1 1 1 1 1 0 0 1 0 0 1 1 1 1 1 1 1 0 0 1 0 0 1 1 1 1 1 1 1\"",
      "spherical=\"0.6\" post_curl=\"1\" post_curl_c1=\"0.2\"|pre_gaussian_blur=\"0.2\" linear=\"0.9\"", ""],
     ["quarry.flame", "flames", "version=\"EMBER-LNX-1.0.0.19\" temporal_samples=\"1.0\"",
      "pre_spherical=\"1\" swirl=\"0.7\"|linear=\"0.8\" flatten=\"1\"", ""],
