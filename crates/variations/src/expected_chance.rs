@@ -232,7 +232,7 @@ fn falloff_scatters_more_the_farther_a_point_is() {
             assert!(raised.abs() <= 0.35 * far + 1e-9 || (z / size).asin().abs() > 1.3);
         }
         // Near rather than far, in a ball that the three factors stretch.
-        let near = point.map(|part| part * 0.2);
+        let near = point.map(|part| part * 0.1);
         let off = ((near[0] - 0.2).powi(2) + (near[1] + 0.1).powi(2) + (near[2] - 0.3).powi(2)).sqrt();
         let far = ((1.0 - off).max(0.0) - 0.1).max(0.0) * 0.04 * 20.0;
         let moved = |p: &[f64; 3]| {

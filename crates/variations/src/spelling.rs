@@ -252,7 +252,7 @@ mod tests {
                 matches!(stage, Stage::After | Stage::Running)
             } else if IGNORING.contains(&kind) {
                 let is_other = matches!(stage, Stage::Before | Stage::After | Stage::Running);
-                !is_other && (kind, stage) != (Kind::Blur, Stage::Never)
+                !is_other && (stage != Stage::Never || !matches!(kind, Kind::Blur | Kind::GaussianBlur))
             } else {
                 true
             }

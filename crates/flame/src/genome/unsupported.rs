@@ -368,7 +368,7 @@ mod tests {
     #[test]
     fn every_reason_is_named_with_its_place_and_parameters_are_of_their_variation() {
         let found = genome(
-            "cam_pitch=\"0.8\" curves=\"0 0 1 1 0.5 1\" nick=\"ann\" wobble=\"7\"",
+            "contrast=\"2\" nick=\"ann\" wobble=\"7\"",
             &[
                 "waltz=\"0.5\" waltz_beat=\"3\" waltz_fx_priority=\"0\" Polka=\"1\"",
                 "reel=\"0\" reel_steps=\"4\" reel_wf=\"1\" reel_wf_n=\"2\" mode=\"fast\" waltz=\"1\"",
@@ -381,16 +381,14 @@ mod tests {
             ("transform 1", "reel_wf", "variation"),
             ("transform 1", "mode", "attribute"),
             ("transform 1", "waltz", "variation"),
-            ("the flame", "cam_pitch", "camera"),
-            ("the flame", "curves", "tone"),
+            ("the flame", "contrast", "tone"),
         ];
         assert_eq!(names(&found.refused), expected);
         assert_eq!(names(&found.without), [("the flame", "wobble", "attribute")]);
         assert_eq!(
             found.refused.to_string(),
             "the variation `waltz` (transform 0 and 1 more), the variation `Polka` (`1`, transform 0), the variation \
-             `reel_wf` (`1`, transform 1), the attribute `mode` (`fast`, transform 1), the camera's `cam_pitch` (`0.8`, the \
-             flame), the tone's `curves` (`0 0 1 1 0.5 1`, the flame)"
+             `reel_wf` (`1`, transform 1), the attribute `mode` (`fast`, transform 1), the tone's `contrast` (`2`, the flame)"
         );
         assert_eq!(genome("", &["name=\"arm\""]).unsupported(), Unsupported::default());
     }
@@ -405,7 +403,7 @@ mod tests {
 
     #[test]
     fn a_marked_genome_is_refused_for_all_but_its_unknown_variations() {
-        let plain = genome("cam_yaw=\"1\"", &["waltz=\"0.5\" waltz_beat=\"3\"", "polka=\"1\" waltz=\"2\""]);
+        let plain = genome("contrast=\"2\"", &["waltz=\"0.5\" waltz_beat=\"3\"", "polka=\"1\" waltz=\"2\""]);
         let marked = plain.as_far_as_possible();
         assert_eq!(plain.unsupported().mark().as_deref(), Some("waltz polka"));
         assert_eq!(marked.extra[1], (MARK.to_owned(), "waltz polka".to_owned()));
@@ -414,7 +412,7 @@ mod tests {
         let read = Genome::parse(&marked.to_xml()).unwrap();
         assert_eq!((&read, read.as_far_as_possible()), (&marked, marked.clone()));
         let found = read.unsupported();
-        assert_eq!(names(&found.refused), [("the flame", "cam_yaw", "camera")]);
+        assert_eq!(names(&found.refused), [("the flame", "contrast", "tone")]);
         assert_eq!(found, hoped);
         let left_out = [("transform 0", "waltz"), ("transform 1", "polka"), ("transform 1", "waltz")];
         assert_eq!(names(&found.without), left_out.map(|(place, name)| (place, name, "left-out")));

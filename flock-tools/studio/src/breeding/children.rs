@@ -63,7 +63,7 @@ pub(crate) struct MadeChild {
 }
 
 /// What each operator changes, by species and name. An operator of a name that is not here changes everything.
-const CHANGES: [(&str, &str, &[Lock]); 38] = [
+const CHANGES: [(&str, &str, &[Lock]); 39] = [
     ("agents", "colours", &[Lock::Palette]),
     ("agents", "come", &[Lock::Structure]),
     ("agents", "crossover", &[Lock::Palette, Lock::Camera, Lock::Structure]),
@@ -85,6 +85,7 @@ const CHANGES: [(&str, &str, &[Lock]); 38] = [
     ("flam3", "affine", &[Lock::Transforms]),
     ("flam3", "affines", &[Lock::Transforms]),
     ("flam3", "alternation", &[Lock::Palette, Lock::Transforms, Lock::Structure]),
+    ("flam3", "camera", &[Lock::Camera]),
     ("flam3", "colours", &[Lock::Palette]),
     ("flam3", "delete", &[Lock::Structure]),
     ("flam3", "final", &[Lock::Structure, Lock::Camera]),
