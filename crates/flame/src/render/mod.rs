@@ -29,6 +29,7 @@ mod pool;
 mod projection;
 mod shot;
 mod spread;
+mod stages;
 mod target;
 mod tonemap;
 mod view;

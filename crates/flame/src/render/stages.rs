@@ -9,8 +9,8 @@ use fearless_simd::{Simd, SimdBase, f32x16};
 use variations::number::{LANES, LaneRng, Lanes, Number};
 use variations::{Compiled, Depth, Formula, Visitor};
 
-use super::super::plan::{CompiledXform, Passed, Summand};
-use super::{Group, Pool, image};
+use super::plan::{CompiledXform, Passed, Summand};
+use super::pool::{Group, Pool, image};
 use crate::genome::Affine;
 
 impl<S: Simd> Pool<S> {

@@ -6,8 +6,6 @@
 //!
 //! Start at [`Pool`]; `stages.rs` sends a group through a transform. `chaos.rs` plays the same game with one orbit in `f64`.
 
-mod stages;
-
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,26 +28,26 @@ const VECTORS: usize = ORBITS / LANES + Genome::MAX_XFORMS;
 pub(crate) const BYTES: u64 = (18 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
 
 /// A number for each place of a pool.
-type Places<T> = Box<[[T; LANES]; VECTORS]>;
+pub(super) type Places<T> = Box<[[T; LANES]; VECTORS]>;
 
 /// Orbits on their way.
 pub(crate) struct Pool<S: Simd> {
-    simd: S,
-    random: LaneRng<S>,
+    pub(super) simd: S,
+    pub(super) random: LaneRng<S>,
     /// Where they are, in groups by the transform that they went through last.
     now: Orbits,
     /// Where they are, in groups by the transform that they go through next.
-    next: Orbits,
+    pub(super) next: Orbits,
     groups: Vec<Group>,
     /// The number of the next transform, for orbits in groups one after the other.
     choices: Places<u32>,
     /// Which places of each vector escaped in this step.
     escaped: Box<[u16; VECTORS]>,
     /// What a transform's variations read, and what they add up to.
-    points: [Places<f32>; 3],
-    sums: [Places<f32>; 3],
+    pub(super) points: [Places<f32>; 3],
+    pub(super) sums: [Places<f32>; 3],
     /// The points, while a variation is applied to the sums.
-    held: [Places<f32>; 3],
+    pub(super) held: [Places<f32>; 3],
     /// What was plotted in a step: cells and palette entries.
     plotted: [Vec<u32>; 2],
     /// Samples drawn so far.
@@ -57,22 +55,22 @@ pub(crate) struct Pool<S: Simd> {
 }
 
 /// Coordinates and colours of a pool's orbits. Where points have no z, it is 0.
-struct Orbits {
-    x: Places<f32>,
-    y: Places<f32>,
-    z: Places<f32>,
+pub(super) struct Orbits {
+    pub(super) x: Places<f32>,
+    pub(super) y: Places<f32>,
+    pub(super) z: Places<f32>,
     colour: Places<f32>,
 }
 
 /// Orbits that went through the same transform: some vectors, of which the last may be filled in part.
 #[derive(Clone, Copy, Debug)]
-struct Group {
+pub(super) struct Group {
     first: usize,
     orbits: usize,
 }
 
 impl Group {
-    fn vectors(self) -> Range<usize> {
+    pub(super) fn vectors(self) -> Range<usize> {
         self.first..self.first + self.orbits.div_ceil(LANES)
     }
 
@@ -421,7 +419,7 @@ impl<S: Simd> Game for Pool<S> {
 
 /// The image of points.
 #[inline(always)]
-fn image<S: Simd>(affine: &Affine, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+pub(super) fn image<S: Simd>(affine: &Affine, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let part = |a: f64, b: f64, c: f64| x.mul_add(x.like(a), y.mul_add(y.like(b), y.like(c)));
     (part(affine.a, affine.b, affine.c), part(affine.d, affine.e, affine.f))
 }
