@@ -37,6 +37,12 @@ formulas! {
         (x.atan2(across) * (v.w * FRAC_2_PI), (longest + beyond.sqrt()).ln().copysign(y) * (v.w * FRAC_2_PI))
     }
 
+    EllipticMirrored(v, x, y, random) {
+        let Ellipse { longest, beyond, across } = Ellipse::of(x, y);
+        let rise = (longest + beyond.sqrt()).ln();
+        (x.atan2(across) * (v.w * FRAC_2_PI), N::select(random.coin(), rise, -rise) * (v.w * FRAC_2_PI))
+    }
+
     Escher(v, x, y) {
         let (phi, ln_r) = (y.atan2(x), square_of_radius(x, y).ln() * 0.5);
         at_angle(phi * v.p[0] + ln_r * v.p[1], (ln_r * v.p[0] - phi * v.p[1]).exp() * v.w)

@@ -91,7 +91,7 @@ pub(super) fn points() -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// Parameters with which formulas are tried.
-pub(super) const CASES: [(Kind, &[&[f64]]); 36] = [
+pub(super) const CASES: [(Kind, &[&[f64]]); 37] = [
     (Spherical3D, &[&[]]),
     (Spherical3DWf, &[&[0.0, 1.3], &[1.0, 2.0]]),
     (Hemisphere, &[&[]]),
@@ -105,7 +105,18 @@ pub(super) const CASES: [(Kind, &[&[f64]]); 36] = [
     (Bubble2, &[&[0.7, 1.3, -0.9]]),
     (RotateY, &[&[]]),
     (Waves2In3D, &[&[1.7, 0.6]]),
-    (AxisSymmetryWf, &[&[0.0, 0.3, -0.2, 0.5], &[1.0, 0.3, -0.2, 0.5], &[2.0, 0.3, -0.2, 0.5]]),
+    (
+        AxisSymmetryWf,
+        &[
+            &[0.0, 0.3, -0.2, 0.5],
+            &[1.0, 0.3, -0.2, 0.5],
+            &[2.0, 0.3, -0.2, 0.5],
+            &[0.0, 0.3, -0.2, 0.5, 26.0],
+            &[1.0, 0.3, -0.2, 0.5, -14.0],
+            &[2.0, 0.3, -0.2, 0.5, 70.0],
+        ],
+    ),
+    (EllipticMirrored, &[&[]]),
     (Juliac, &[&[3.0, 20.0, 0.8], &[-4.0, -35.0, 1.1]]),
     (Juliaq, &[&[3.0, 2.0], &[-2.0, 3.0]]),
     (EJulia, &[&[3.0], &[-2.0]]),
@@ -203,14 +214,24 @@ fn among_several(kind: Kind, q: &[f64], w: f64, [x, y, z]: [f64; 3]) -> Vec<[f64
             whole(q[2]).map(|k| (turned(k) * C(1.0 / w, 0.0)).flat()).collect()
         }
         AxisSymmetryWf => {
+            // The second direction of the plane in which it turns, and where its centre is after that.
+            let (axis, second) = (q[0] as usize, if q[0] == 2.0 { 2 } else { 1 });
+            let base = if q[0] == 2.0 && q[4] == 0.0 { q[3] } else { q[2] };
             let moved = |sign: f64| {
                 let mut point = [x, y, z];
-                let axis = q[0] as usize;
-                let centre = q[1 + axis];
-                point[axis] = centre + sign * (point[axis] - centre + w / 2.0);
+                point[axis] = q[1 + axis] + sign * (point[axis] - q[1 + axis] + w / 2.0);
+                let off = C(point[0] - q[1], point[second] - q[1 + second]);
+                let turned = off * C::polar(1.0, -sign * q[4].to_radians());
+                (point[0], point[second]) = (q[1] + turned.0, base + turned.1);
                 point.map(|part| part / w)
             };
             vec![moved(1.0), moved(-1.0)]
+        }
+        EllipticMirrored => {
+            // Half the sum of the distances from the foci at -1 and 1.
+            let mu = f64::midpoint((zeta + C(1.0, 0.0)).size(), (zeta + C(-1.0, 0.0)).size());
+            let rise = (mu + (mu - 1.0).sqrt()).ln() / FRAC_PI_2;
+            [1.0, -1.0].map(|sign| [(x / mu).asin() / FRAC_PI_2, sign * rise, 0.0]).to_vec()
         }
         Glynnia => {
             let side = if r > 1.0 { 1.0 } else { -1.0 };

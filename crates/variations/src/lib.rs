@@ -267,6 +267,7 @@ kinds! {
     space::Falloff2 "falloff2" [
         scatter 1.0, mindist 0.5, mul_x 1.0, mul_y 1.0, mul_z 0.0, mul_c 0.0, x0 0.0, y0 0.0, z0 0.0, invert 0.0, type 0.0
     ];
+    complex::EllipticMirrored "elliptic_mirrored" [];
     roots::Juliac "juliac" [re 0.0, im 0.0, dist 1.0];
     roots::Juliaq "juliaq" [power 3.0, divisor 2.0];
     roots::EJulia "eJulia" [power 2.0];

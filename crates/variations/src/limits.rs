@@ -68,7 +68,6 @@ impl Kind {
         match self {
             Kind::AxisSymmetryWf => &[
                 ("axis", Limit::Only(&[0.0, 1.0, 2.0])),
-                ("rotation", ZERO),
                 ("x1colorshift", ZERO),
                 ("y1colorshift", ZERO),
                 ("z1colorshift", ZERO),
@@ -101,6 +100,7 @@ impl Kind {
             _ if Kind::FLAM3.contains(&self) => "flam3",
             Kind::AxisSymmetryWf
             | Kind::CloverleafWf
+            | Kind::EllipticMirrored
             | Kind::EpispiralWf
             | Kind::Juliac
             | Kind::PointSymmetryWf

@@ -29,6 +29,12 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let (sin, cos) = libm::sincos(weight * FRAC_PI_2);
             values([sin, cos])
         }
+        Kind::AxisSymmetryWf => {
+            let (sin, cos) = libm::sincos(q[4].to_radians());
+            // JWildfire puts what it turns about y at the height of the centre's y.
+            let base = if q[4] == 0.0 { q[3] } else { q[2] };
+            values([q[0], q[1], q[2], q[3], sin, cos, base])
+        }
         Kind::Falloff2 => {
             let mut all = q;
             all[0] = 0.04 * q[0];

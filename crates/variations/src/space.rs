@@ -113,19 +113,18 @@ solids! {
         [waved(x, y), waved(y, x), waved(z, (x + y) * 0.5)]
     }
 
-    AxisSymmetryWf Makes(v, x, y, z, random) {
-        let centre = match v.p[0] {
-            axis if axis < 0.5 => (v.p[1], x),
-            axis if axis < 1.5 => (v.p[2], y),
-            _ => (v.p[3], z),
+    AxisSymmetryWf Reads(v, x, y, z, random) {
+        let [axis, cx, cy, cz, sin, cos, base, ..] = v.p;
+        let one = x.like(1.0);
+        let side = N::select(random.coin(), one, -one);
+        let (turn, mirrored) = (side * sin, |value: N, centre: f64| (value - centre + v.w / 2.0) * side);
+        let (across, along) = match axis {
+            axis if axis < 0.5 => (mirrored(x, cx), y - cy),
+            axis if axis < 1.5 => (x - cx, mirrored(y, cy)),
+            _ => (x - cx, mirrored(z, cz)),
         };
-        let moved = centre.1 - centre.0 + v.w / 2.0;
-        let moved = N::select(random.coin(), moved, -moved) + centre.0;
-        match v.p[0] {
-            axis if axis < 0.5 => [moved, y, z],
-            axis if axis < 1.5 => [x, moved, z],
-            _ => [x, y, moved],
-        }
+        let (x, other) = (across * cos + along * turn + cx, along * cos - across * turn);
+        if axis < 1.5 { [x, other + cy, z] } else { [x, y, other + base] }
     }
 
     Falloff2 Reads(v, x, y, z, random) {

@@ -8,6 +8,8 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
+use std::f64::consts::E;
+
 use super::Xform;
 use super::origin::is_of_origin;
 use super::parse::list;
@@ -18,6 +20,8 @@ use variations::{Kind, Spelling};
 enum Neutral {
     /// A number such as this one.
     At(f64),
+    /// This number, as far as five digits say it.
+    About(f64),
     /// Any numbers that are all 0.
     Dark,
     /// The six numbers of an affine part that leaves every point where it is.
@@ -26,7 +30,7 @@ enum Neutral {
     Word(&'static [&'static str]),
 }
 
-use Neutral::{At, Dark, Identity, Word};
+use Neutral::{About, At, Dark, Identity, Word};
 
 /// Attributes of `<flame>`, when they are neutral, and what they else ask for.
 const FLAME: &[(&str, Neutral, Why)] = &[
@@ -93,6 +97,7 @@ const NEUTRAL_OF_FLAME: &[&str] = &[
 /// Attributes of a transform, as [`FLAME`].
 const XFORM: &[(&str, Neutral, Why)] = &[
     ("color_type", Word(&["DIFFUSION"]), Why::Colour),
+    ("log_base", About(E), Why::Value),
     ("mod_contrast", At(0.0), Why::Colour),
     ("mod_contrast_speed", At(0.0), Why::Colour),
     ("mod_gamma", At(0.0), Why::Colour),
@@ -101,6 +106,8 @@ const XFORM: &[(&str, Neutral, Why)] = &[
     ("mod_hue_speed", At(0.0), Why::Colour),
     ("mod_saturation", At(0.0), Why::Colour),
     ("mod_saturation_speed", At(0.0), Why::Colour),
+    ("post_log_base", About(E), Why::Value),
+    ("pre_log_base", About(E), Why::Value),
     ("wfield_type", Word(&["NONE"]), Why::WeightField),
     ("yzCoefs", Identity, Why::Affine),
     ("yzPost", Identity, Why::Affine),
@@ -205,6 +212,7 @@ impl Neutral {
         let all = |holds: &dyn Fn(&[f64]) -> bool| numbers.as_deref().is_some_and(holds);
         match self {
             At(neutral) => all(&|numbers| numbers == [*neutral]),
+            About(neutral) => all(&|numbers| matches!(numbers, [number] if (number - neutral).abs() < 1e-4)),
             Dark => all(&|numbers| numbers.iter().all(|number| *number == 0.0)),
             Identity => all(&|numbers| numbers == [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
             Word(words) => words.contains(&value) || all(&|numbers| numbers == [0.0]),

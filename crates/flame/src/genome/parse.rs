@@ -171,6 +171,7 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
         }
     }
     apply_priorities(&mut xform);
+    apply_choices(&mut xform);
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "motion" => xform.motions.push(Wave::read(child)?),
@@ -258,6 +259,27 @@ pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) ->
 fn forget_weights(xform: &mut Xform) {
     for variation in &mut xform.variations {
         variation.weight = 0.0;
+    }
+}
+
+/// Applies attributes of JWildfire that choose among ways of drawing, and forgets them: which formula of `elliptic`, whose
+/// precise mode differs in nothing that is seen, and whether colours change.
+fn apply_choices(xform: &mut Xform) {
+    let Xform { variations, extra, color_speed, .. } = xform;
+    for variation in variations.iter_mut().filter(|variation| variation.kind == Kind::Elliptic) {
+        let name = variation.parameter_attribute("mode");
+        let Some(at) = extra.iter().position(|(known, _)| *known == name) else { continue };
+        match list::<f64>(&extra[at].1).as_deref() {
+            Some([1.0]) => variation.kind = Kind::EllipticMirrored,
+            Some([0.0 | 2.0]) => {}
+            _ => continue,
+        }
+        extra.remove(at);
+    }
+    let before = extra.len();
+    extra.retain(|(name, value)| name != "color_type" || value != "NONE");
+    if extra.len() < before {
+        *color_speed = 0.0;
     }
 }
 

@@ -112,3 +112,20 @@ fn legacy_attributes_mean_what_they_meant() {
     assert_eq!((xforms[0].variations[0].kind.name(), xforms[0].variations[0].weight), ("sinusoidal", 0.5));
     assert_eq!((xforms[1].variations[0].kind.name(), xforms[1].variations[0].weight), ("julia", 1.0));
 }
+
+#[test]
+fn jwildfires_choices_among_ways_of_drawing_are_applied() {
+    let read = |attributes: &str| {
+        let text = format!("<flame><xform weight=\"1\" color_speed=\"0.5\" elliptic=\"0.7\" {attributes}/></flame>");
+        Genome::parse(&text).unwrap()
+    };
+    let [plain, mirrored, precise] = ["0", "1", "2"].map(|mode| read(&format!("elliptic_mode=\"{mode}\"")));
+    assert_eq!((&plain, &precise), (&read(""), &plain));
+    assert_eq!(mirrored.xforms[0].variations[0].kind.name(), "elliptic_mirrored");
+    assert_eq!(Genome::parse(&mirrored.to_xml()).unwrap(), mirrored);
+    assert_eq!(read("elliptic_mode=\"1.5\"").unsupported().refused.0.len(), 1);
+    let [kept, coloured] = ["NONE", "DIFFUSION"].map(|kind| read(&format!("color_type=\"{kind}\"")));
+    assert_eq!((kept.xforms[0].color_speed, coloured.xforms[0].color_speed), (0.0, 0.5));
+    let refused = |base: &str| !read(&format!("log=\"1\" log_base=\"{base}\"")).unsupported().refused.is_empty();
+    assert_eq!(["2.71828", "2.7183", "2"].map(refused), [false, false, true]);
+}
