@@ -182,6 +182,11 @@ impl Answer {
         self.notes.extend(notes);
     }
 
+    /// Whether nothing was imported, nor is in the flock already.
+    pub(super) fn is_empty(&self) -> bool {
+        self.clips.is_empty() && self.genomes.is_empty() && self.transitions.is_empty()
+    }
+
     /// What is known of everything that was imported: a genome tells more than the name of a clip, and comes first.
     pub(super) fn notes(&self) -> Vec<(Subject, Said)> {
         self.notes.iter().cloned().chain(self.clips.iter().filter_map(ClipAnswer::note)).collect()
@@ -206,12 +211,15 @@ impl Answer {
         for id in &self.added {
             print::note(&format!("note: sheep `{id}` is added without a loop: it is only passed through"));
         }
-        for GenomeAnswer { sheep, notes, .. } in &self.genomes {
+        for GenomeAnswer { sheep, notes, without, .. } in &self.genomes {
             for what in notes {
                 print::note(&format!("note: of genome `{sheep}` {what}"));
             }
+            if !without.is_empty() {
+                print::note(&format!("note: genome `{sheep}` is drawn without {without}"));
+            }
         }
-        for SkippedFile { source, reason } in &self.left_out {
+        for SkippedFile { source, reason, .. } in &self.left_out {
             print::note(&format!("left out `{}`: {reason}", print::path(source)));
         }
         let already_there = self.clips.iter().filter(|clip| clip.state == "stood").count()

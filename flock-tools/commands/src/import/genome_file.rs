@@ -10,13 +10,14 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use ::species::{Lineage, Settings};
-use flame::genome::{Origin, Part};
+use flame::genome::{MARK, Origin, Part, Reasons, Unsupported};
 use flame::{Backend, Genome};
 use flock::{ClipHash, SheepId};
 use operations::credits::Said;
 use operations::flock_folder::paths;
 use operations::program::{chain, print};
 use operations::species;
+use operations::species::reasons;
 
 use super::file_kind;
 use super::key_frames::{self, KeyFrames};
@@ -30,8 +31,8 @@ pub(super) struct GenomeFile {
     /// Whether it is the transition between the sheep of its two flames; else each genome is a sheep.
     pub(super) is_transition: bool,
     pub(super) genomes: Vec<NamedGenome>,
-    /// Why other flames of it have no genome.
-    pub(super) left_out: Vec<String>,
+    /// Why other flames of it are left out.
+    pub(super) left_out: Vec<LeftOut>,
     /// Whether its flames are the key frames of one animation.
     pub(super) is_animation: bool,
     /// What Electric Sheep calls the file.
@@ -57,6 +58,26 @@ pub(super) struct NamedGenome {
     pub(super) electric: Option<ElectricName>,
     /// What was read otherwise than it is written.
     pub(super) notes: Vec<String>,
+    /// What it is drawn without.
+    pub(super) without: Reasons,
+}
+
+/// Why a file or a flame is left out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct LeftOut {
+    /// In words.
+    pub(super) reason: String,
+    /// What it asks for that is not drawn.
+    pub(super) reasons: Reasons,
+}
+
+/// What the command line says of reading.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reading {
+    /// What becomes of files with the key frames of one animation; else they are left out.
+    pub(super) key_frames: Option<KeyFrames>,
+    /// Whether unknown variations are left out; else their flames are.
+    pub(super) as_far_as_possible: bool,
 }
 
 /// A flame of a file.
@@ -66,38 +87,45 @@ struct ReadFlame {
     genome: Genome,
     text: String,
     notes: Vec<String>,
+    without: Reasons,
 }
 
 /// What a genome draws, whatever it is called and whoever made it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct GenomeKey(ClipHash);
 
+impl From<String> for LeftOut {
+    fn from(reason: String) -> Self {
+        Self { reason, reasons: Reasons::default() }
+    }
+}
+
 impl GenomeFile {
-    /// Reads the file `source`, of which `key_frames` says what becomes of an animation; or says why it is left out.
-    pub(super) fn read(source: &Path, key_frames: Option<KeyFrames>) -> Result<Self, String> {
+    /// Reads the file `source`; or says why it is left out.
+    pub(super) fn read(source: &Path, reading: Reading) -> Result<Self, LeftOut> {
         let text = species::text(source).map_err(|why| {
             let hint = why.hint.map_or(String::new(), |hint| format!("; {hint}"));
             format!("cannot be read: {}{hint}", chain(&*why.source))
         })?;
         if !species::is_of_flames(source, &text) {
-            return Self::of_other_species(source, text);
+            return Ok(Self::of_other_species(source, text)?);
         }
         let parts = Genome::split(&text).map_err(|error| format!("is not readable: {}", chain(&error)))?;
         if parts.is_empty() {
-            return Err(if text.contains("<IFS") { file_kind::CHAOTICA } else { "has no flame" }.to_owned());
+            return Err(if text.contains("<IFS") { file_kind::CHAOTICA } else { "has no flame" }.to_owned().into());
         }
         let stem = source.file_stem().map(OsStr::to_string_lossy).unwrap_or_default();
         let electric = ElectricName::of_file(&stem);
         let is_transition = parts.len() == 2 && (electric.is_some() || ends(&stem, electric.as_ref()).is_some());
         let several = parts.len() > 1;
-        let (mut flames, left_out) = sound(parts);
+        let (mut flames, left_out) = sound(parts, reading.as_far_as_possible);
         if let Some(reason) = left_out.first().filter(|_| is_transition) {
             return Err(reason.clone());
         }
         let moments: Vec<&Genome> = flames.iter().map(|flame| &flame.genome).collect();
         let is_animation = !is_transition && left_out.is_empty() && key_frames::is_animation(&moments);
-        match key_frames {
-            None if is_animation => return Err(key_frames::undecided(&moments)),
+        match reading.key_frames {
+            None if is_animation => return Err(key_frames::undecided(&moments).into()),
             Some(KeyFrames::First) if is_animation => flames.truncate(1),
             Some(_) | None => {}
         }
@@ -124,8 +152,8 @@ impl GenomeFile {
         let id = id(genome.name(), &stem, None);
         let (key, ending) = (GenomeKey::of(&*genome), species::ending(source, &text));
         let (origin, is_certain, electric) = (origin(&*genome), false, None);
-        let notes = Vec::new();
-        let genomes = vec![NamedGenome { key, origin, ending, text, id, is_certain, electric, notes }];
+        let (notes, without) = (Vec::new(), Reasons::default());
+        let genomes = vec![NamedGenome { key, origin, ending, text, id, is_certain, electric, notes, without }];
         let (left_out, is_transition, is_animation) = (Vec::new(), false, false);
         Ok(Self { source: source.to_owned(), is_transition, genomes, left_out, is_animation, electric: None })
     }
@@ -177,18 +205,51 @@ impl GenomeKey {
     }
 }
 
-/// The flames of `parts` that were read; and why the others were not.
-fn sound(parts: Vec<Part<'_>>) -> (Vec<ReadFlame>, Vec<String>) {
+/// The flames of `parts` that can be drawn, if need be without unknown variations; and why the others cannot.
+fn sound(parts: Vec<Part<'_>>, as_far_as_possible: bool) -> (Vec<ReadFlame>, Vec<LeftOut>) {
     let is_only = parts.len() == 1;
     let (mut flames, mut left_out) = (Vec::new(), Vec::new());
     for (number, Part { genome, text, notes }) in (1..).zip(parts) {
-        match genome {
-            Ok(genome) => flames.push(ReadFlame { number, genome, text: text.into_owned(), notes }),
-            Err(error) if is_only => left_out.push(format!("is not readable: {}", chain(&error))),
-            Err(error) => left_out.push(format!("flame {number} is not readable: {}", chain(&error))),
+        let flame = match genome {
+            Ok(genome) => drawable(genome, text.into_owned(), as_far_as_possible),
+            Err(error) => Err(format!("is not readable: {}", chain(&error)).into()),
+        };
+        match flame {
+            Ok((genome, text, without)) => flames.push(ReadFlame { number, genome, text, notes, without }),
+            Err(why) if is_only => left_out.push(why),
+            Err(why) => left_out.push(LeftOut { reason: format!("flame {number} {}", why.reason), ..why }),
         }
     }
     (flames, left_out)
+}
+
+/// A flame with its text and what it is drawn without; or why it is left out.
+fn drawable(genome: Genome, text: String, as_far_as_possible: bool) -> Result<(Genome, String, Reasons), LeftOut> {
+    let found = genome.unsupported();
+    let possible = found.clone().as_far_as_possible();
+    let Unsupported { refused, without } = if as_far_as_possible { &possible } else { &found };
+    if !refused.is_empty() {
+        let hint = if possible.refused.is_empty() { "; --as-far-as-possible leaves the variations out" } else { "" };
+        let reason = format!("cannot be drawn: {}{hint}", reasons::refusal(refused));
+        return Err(LeftOut { reason, reasons: refused.clone() });
+    }
+    let without = without.clone();
+    if found.refused.is_empty() {
+        return Ok((genome, text, without));
+    }
+    let marked = genome.as_far_as_possible();
+    let text = marked_text(&text, &genome, &marked, found.mark().as_deref());
+    Ok((marked, text, without))
+}
+
+/// The `text` of `genome` with its mark; byte for byte, unless it had another mark.
+fn marked_text(text: &str, genome: &Genome, marked: &Genome, names: Option<&str>) -> String {
+    const TAG: &str = "<flame";
+    let has_mark = genome.extra.iter().any(|(name, _)| name == MARK);
+    match text.strip_prefix(TAG).zip(names).filter(|_| !has_mark) {
+        Some((rest, names)) => format!("{TAG} {MARK}=\"{names}\"{rest}"),
+        None => marked.to_xml(),
+    }
 }
 
 /// A flame of a file with one or `several`, called by the name of the sheep that it is as the `end` of a transition, or by
@@ -200,7 +261,7 @@ fn called(
     file: Option<&ElectricName>,
     end: Option<&SheepId>,
 ) -> Result<NamedGenome, String> {
-    let ReadFlame { number, genome, text, notes } = flame;
+    let ReadFlame { number, genome, text, notes, without } = flame;
     let name = key_frames::own_name(&genome);
     let own_name = name.and_then(ElectricName::of_flame);
     let own = own_name.as_ref().map(ElectricName::sheep);
@@ -213,7 +274,7 @@ fn called(
     let is_certain = certain.is_some();
     let id = certain.unwrap_or_else(|| id(name, stem, several.then_some(number)));
     let (key, origin, ending) = (GenomeKey::of_flame(&genome), genome.origin(), paths::GENOME);
-    Ok(NamedGenome { key, origin, ending, text, id, is_certain, electric, notes })
+    Ok(NamedGenome { key, origin, ending, text, id, is_certain, electric, notes, without })
 }
 
 /// What a genome of another species says of its origin.
@@ -237,13 +298,13 @@ mod tests {
     use std::fs;
 
     /// Whether a file of this name is a transition, and the ids of its flames; or why it is left out.
-    fn read(name: &str, flames: &[&str]) -> Result<(bool, Vec<String>), String> {
+    fn read(name: &str, flames: &[&str]) -> Result<(bool, Vec<String>), LeftOut> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         let xform = r#"<xform weight="1" color="0" linear="1" coefs="1 0 0 1 0 0"/>"#;
         let flames: Vec<String> = flames.iter().map(|name| format!("<flame name=\"{name}\">{xform}</flame>")).collect();
         fs::write(&path, format!("<flames>{}</flames>", flames.concat())).unwrap();
-        let file = GenomeFile::read(&path, None)?;
+        let file = GenomeFile::read(&path, Reading::default())?;
         let ids = file.genomes.iter().map(|flame| flame.id.to_string()).collect();
         Ok((file.is_transition, ids))
     }
@@ -262,6 +323,6 @@ mod tests {
         assert_eq!(read("242=76=76=76.flam3", &[""]), ids(false, &["242.76"]));
         assert_eq!(read("242=76=76=76.flam3", &[edge[0], edge[0]]), ids(false, &["242.76"]), "a loop");
         let other = read("242=172=76=98.flam3", &edge);
-        assert_eq!(other.unwrap_err(), "flame 2 is `242.99` (expected `242.98`, by the name of the file)");
+        assert_eq!(other.unwrap_err().reason, "flame 2 is `242.99` (expected `242.98`, by the name of the file)");
     }
 }

@@ -10,18 +10,18 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use flame::genome::Origin;
+use flame::genome::{Origin, Reasons};
 use flock::Draft;
 use flock::{Clip, ClipPath, Sheep, SheepId, Transition};
 use operations::credits::{Said, Subject};
 use operations::flock_folder::paths;
 use operations::program::{Exit, Fatal, print};
 use operations::species;
+use operations::species::reasons;
 use timing::FrameCount;
 
 use super::SkippedFile;
-use super::genome_file::{GenomeFile, GenomeKey, NamedGenome};
-use super::key_frames::KeyFrames;
+use super::genome_file::{GenomeFile, GenomeKey, LeftOut, NamedGenome, Reading};
 use super::names;
 use crate::import::electric::{ATTRIBUTION, ElectricName};
 
@@ -44,6 +44,9 @@ pub(super) struct GenomeAnswer {
     /// What of it was read otherwise than it is written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) notes: Vec<String>,
+    /// What it is drawn without.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    pub(super) without: Reasons,
 }
 
 /// A transition in the answer.
@@ -75,8 +78,8 @@ pub(super) struct GenomesAnswer {
 pub(super) struct GenomeChoices {
     /// Of the loops and transitions that are yet to be rendered.
     pub(super) frames: FrameCount,
-    /// What becomes of files with the key frames of one animation; else they are left out.
-    pub(super) key_frames: Option<KeyFrames>,
+    /// How files are read.
+    pub(super) reading: Reading,
     /// Whether other genomes of sheep are replaced, but for those that were imported by the same run.
     pub(super) force: bool,
     /// Whether nothing is written.
@@ -99,17 +102,17 @@ pub(super) fn import(
     let mut import = GenomeImport::start(folder, choices, answer)?;
     let mut transitions = Vec::new();
     for source in sources {
-        match GenomeFile::read(source, choices.key_frames) {
+        match GenomeFile::read(source, choices.reading) {
             Ok(file) if file.is_transition => transitions.push(source),
             Ok(file) => import.genomes(&file)?,
-            Err(reason) => import.skip(source, reason),
+            Err(why) => import.skip(source, why),
         }
     }
     // Read again: of all these files only the names are kept meanwhile.
     for source in transitions {
-        match GenomeFile::read(source, choices.key_frames) {
+        match GenomeFile::read(source, choices.reading) {
             Ok(file) => import.transition(&file)?,
-            Err(reason) => import.skip(source, reason),
+            Err(why) => import.skip(source, why),
         }
     }
     import.save()
@@ -181,15 +184,16 @@ impl<'a> GenomeImport<'a> {
         })
     }
 
-    fn skip(&mut self, source: &Path, reason: String) {
-        self.answer.left_out.push(SkippedFile { source: source.to_owned(), reason });
+    fn skip(&mut self, source: &Path, why: LeftOut) {
+        let LeftOut { reason, reasons } = why;
+        self.answer.left_out.push(SkippedFile { reasons, ..SkippedFile::new(source, reason) });
     }
 
     /// Imports every genome of a file as a sheep.
     fn genomes(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
         self.answer.key_frames += usize::from(file.is_animation);
-        for reason in &file.left_out {
-            self.skip(&file.source, reason.clone());
+        for why in &file.left_out {
+            self.skip(&file.source, why.clone());
         }
         for flame in &file.genomes {
             let (id, state, genome) = match self.flame(&flame.id, flame, self.choices.force)? {
@@ -248,7 +252,7 @@ impl<'a> GenomeImport<'a> {
         }
         let [from, to] = &ids[..] else { return Ok(()) };
         if from == to {
-            self.skip(&file.source, format!("both its flames are `{from}` (expected two sheep)"));
+            self.skip(&file.source, format!("both its flames are `{from}` (expected two sheep)").into());
             return Ok(());
         }
         for (flame, id) in file.genomes.iter().zip(&ids) {
@@ -329,8 +333,8 @@ impl<'a> GenomeImport<'a> {
         let electric = flame.electric.as_ref().or(file.electric.as_ref());
         self.imported.insert(id.clone());
         self.answer.notes.push((Subject::Sheep(id.clone()), said_of(file, flame, electric)));
-        let (source, notes) = (file.source.clone(), flame.notes.clone());
-        self.answer.genomes.push(GenomeAnswer { source, sheep: id, genome, state, notes });
+        let (source, notes, without) = (file.source.clone(), flame.notes.clone(), flame.without.clone());
+        self.answer.genomes.push(GenomeAnswer { source, sheep: id, genome, state, notes, without });
     }
 
     /// The sheep of the flock that a genome with this `key` draws.

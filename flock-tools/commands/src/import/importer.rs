@@ -98,7 +98,7 @@ impl Importer<'_> {
                     made.clip = Some(MadeClip { file: at, new, frames, hash });
                 }
                 Err(Failure::Skipped(reason)) => {
-                    made.skipped.push(SkippedFile { source: file.source.clone(), reason });
+                    made.skipped.push(SkippedFile::new(&file.source, reason));
                 }
                 Err(Failure::Interrupted) => return Ok(None),
                 Err(Failure::Broken(error)) => return Err(error),

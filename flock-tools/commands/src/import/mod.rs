@@ -29,6 +29,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use flame::genome::Reasons;
 use flock::Draft;
 use flock::{MAX_FRAMES, Manifest, SheepId};
 use operations::credits::{self, CreditsFile};
@@ -36,6 +37,7 @@ use operations::decoder::Decoder;
 use operations::flock_folder::paths::FOLDERS;
 use operations::program::{Exit, Fatal, print, progress};
 use operations::render::machine;
+use operations::species::reasons;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
 use video::{Encoder, Form, Quality, Tuning};
@@ -44,6 +46,7 @@ use crate::curate::add;
 use crate::{arguments, ids};
 use answer::{Answer, ClipAnswer};
 use commit::Outcome;
+use genome_file::Reading;
 use genomes::{GenomeChoices, GenomesAnswer};
 use importer::Importer;
 use key_frames::KeyFrames;
@@ -65,7 +68,8 @@ const BYTES_PER_PIXEL: u64 = 300;
 /// else a transition; the sheep are called GENERATION.FIRST. From other videos, those that are called FROM=TO, or any
 /// with --from and --to. From files of genomes, every genome, by its name, in the letters that an id may have; of
 /// different genomes with one name the second gets a number. Flames that are the key frames of one animation are left out,
-/// unless --key-frames says which of them are sheep.
+/// unless --key-frames says which of them are sheep. A flame that asks for what is not drawn is left out with all reasons; what
+/// is drawn without something that matters less is named.
 ///
 /// A clip in the flock's form is copied. Any other that ffmpeg reads is encoded, frame for frame: the number of frames
 /// stays, whatever the rate of the file, unless --fps keeps its pace. Tags (title, artist, copyright, licence) stay.
@@ -81,7 +85,7 @@ const BYTES_PER_PIXEL: u64 = 300;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  all is in the flock
-  1  something was left out, and is named; or it was interrupted, or another import into this flock is running
+  1  something was left out, and is named; nothing could be imported; or it was interrupted, or another import into this flock is running
   2  the command line or the manifest is wrong
   3  a file could not be read or written; the clips that were imported before are in the flock")]
 pub struct Args {
@@ -121,6 +125,10 @@ pub struct Args {
     /// What becomes of a file with the key frames of one animation; without it such a file is left out
     #[arg(long, value_enum, value_name = "WHICH")]
     key_frames: Option<KeyFrames>,
+    /// Leave variations that are unknown out of genomes, as flam3 does, and mark these genomes; without it they are left out
+    /// whole
+    #[arg(long)]
+    as_far_as_possible: bool,
     /// Replace clips and genomes that the flock has, and other files that are in their places
     #[arg(long)]
     force: bool,
@@ -138,6 +146,15 @@ struct SkippedFile {
     #[serde(serialize_with = "print::serialize_path")]
     source: PathBuf,
     reason: String,
+    /// What its genome asks for that is not drawn.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    reasons: Reasons,
+}
+
+impl SkippedFile {
+    fn new(source: &Path, reason: String) -> Self {
+        Self { source: source.to_owned(), reason, reasons: Reasons::default() }
+    }
 }
 
 /// Another import runs.
@@ -170,7 +187,7 @@ pub fn run(args: &Args, decoder: &dyn Decoder) -> Result<Exit, Fatal> {
     // The answer is printed even if the import failed.
     answer.print(sources.others, args.json)?;
     result?;
-    Ok(if answer.left_out.is_empty() && !answer.interrupted { Exit::Fine } else { Exit::No })
+    Ok(if answer.left_out.is_empty() && !answer.is_empty() && !answer.interrupted { Exit::Fine } else { Exit::No })
 }
 
 /// The plans of all clips, made on all cores; those that are skipped or there already go to the answer.
@@ -258,7 +275,7 @@ impl Args {
                     if file.encode.is_some() { "encoded" } else { "copied" }
                 }
                 Outcome::Refused(reason) => {
-                    return skipped.push((at, SkippedFile { source: file.source.clone(), reason }));
+                    return skipped.push((at, SkippedFile::new(&file.source, reason)));
                 }
                 Outcome::AlreadyThere => "stood",
             };
@@ -284,8 +301,9 @@ impl Args {
     }
 
     fn genome_choices(&self) -> GenomeChoices {
-        let Self { key_frames, force, dry_run: dry, .. } = *self;
-        GenomeChoices { frames: FrameCount(self.frames), key_frames, force, dry }
+        let Self { key_frames, as_far_as_possible, force, dry_run: dry, .. } = *self;
+        let reading = Reading { key_frames, as_far_as_possible };
+        GenomeChoices { frames: FrameCount(self.frames), reading, force, dry }
     }
 
     /// Imports `genomes`; with a dry run, only adds them to the answer.

@@ -162,7 +162,7 @@ impl<'a> Planner<'a> {
         for file in &clip.files {
             match self.file(file) {
                 Ok(plan) => files.push(plan),
-                Err(reason) => skipped.push(SkippedFile { source: file.path.clone(), reason }),
+                Err(reason) => skipped.push(SkippedFile::new(&file.path, reason)),
             }
         }
         if files.is_empty() {

@@ -167,7 +167,7 @@ impl Sources {
     }
 
     fn skip(&mut self, path: &Path, reason: String) {
-        self.skipped.push(SkippedFile { source: path.to_owned(), reason });
+        self.skipped.push(SkippedFile::new(path, reason));
     }
 
     /// Puts together the videos of each role.
@@ -192,7 +192,7 @@ pub(super) fn doubled(role: &ClipRole, first: &Path, other: &Path) -> SkippedFil
         ClipRole::Transition(from, to) => format!("the transition from `{from}` to `{to}`"),
     };
     let reason = format!("it shows {shows}, as does `{}`", print::path(first));
-    SkippedFile { source: other.to_owned(), reason }
+    SkippedFile::new(other, reason)
 }
 
 /// Whether a folder is hidden, or is where a system puts deleted files or files of its own.

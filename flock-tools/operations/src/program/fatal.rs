@@ -11,8 +11,10 @@ use std::iter;
 use std::path::{Path, PathBuf};
 
 use diagnostics::{Exit, chain};
+use flame::genome::Reasons;
 
 use super::print;
+use crate::species::reasons::{self, reasons_of};
 
 /// The error that ends a command.
 #[derive(Debug)]
@@ -85,6 +87,9 @@ struct ErrorAnswer {
     hint: Option<String>,
     /// The exit status.
     exit: u8,
+    /// What a genome asks for that is not drawn, if it is refused for that.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    reasons: Reasons,
 }
 
 /// The exit code of a command. Prints the error that ended it, if one did.
@@ -130,6 +135,7 @@ impl ErrorAnswer {
             causes: causes.map(ToString::to_string).collect(),
             hint: fatal.hint.clone(),
             exit: fatal.exit as u8,
+            reasons: reasons_of(&*fatal.error).cloned().unwrap_or_default(),
         }
     }
 
@@ -144,6 +150,7 @@ impl ErrorAnswer {
             causes: Vec::new(),
             hint: Some(tips).filter(|tips| !tips.is_empty()),
             exit: Exit::Malformed as u8,
+            reasons: Reasons::default(),
         }
     }
 }
@@ -171,6 +178,7 @@ mod tests {
         let told = ErrorAnswer::of(&fatal);
         let causes = vec!["no disk".to_owned()];
         let hint = Some("insert it".to_owned());
-        assert_eq!(told, ErrorAnswer { message: "cannot read `a`".to_owned(), causes, hint, exit: 3 });
+        let (message, reasons) = ("cannot read `a`".to_owned(), Reasons::default());
+        assert_eq!(told, ErrorAnswer { message, causes, hint, exit: 3, reasons });
     }
 }

@@ -1,11 +1,13 @@
 //! The species.
 //!
 //! Owns the one list of them: a new species is a line here. What is in a file, its first bytes tell, and its ending where they
-//! do not. `text.rs` makes text of their bytes, `palettes.rs` finds the colours that flames only name.
+//! do not. `text.rs` makes text of their bytes, `palettes.rs` finds the colours that flames only name, `reasons.rs` says what
+//! of a genome is not drawn.
 //!
 //! Start at [`read`].
 
 pub mod palettes;
+pub mod reasons;
 mod text;
 
 use std::error::Error;
