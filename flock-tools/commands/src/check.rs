@@ -2,9 +2,11 @@
 //!
 //! Owns the command and its answer. `operations::check` finds the faults.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use flock::{ClipPath, Fault, Flock, forced_repeats};
+use operations::check::genomes::{self, UndrawnGenome};
 use operations::check::{fault_of_jump, faults_but_jumps, line, require_all_judged};
 use operations::decoder::DecoderHandle;
 use operations::flock_folder::open;
@@ -15,7 +17,8 @@ use operations::program::{Exit, Fatal, print};
 ///
 /// Every clip is opened, compared with the manifest and decoded from end to end. With --joins, the end of every clip is
 /// played into every clip that may follow it, and every join that does not meet, in value or in velocity, is named with
-/// figures. A flock is `large` if its manifest, or the list of its files, is more than a unit has the memory for.
+/// figures. Genomes that ask for what is not drawn are named with all reasons; one is a fault while a clip of it is
+/// missing. A flock is `large` if its manifest, or the list of its files, is more than a unit has the memory for.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock has no fault
@@ -31,7 +34,7 @@ pub struct Args {
     /// Draw the frames around the worst joins, side by side, into this PNG file
     #[arg(long, value_name = "FILE", requires = "joins")]
     contact_sheet: Option<PathBuf>,
-    /// Answer with one JSON document: {"ok": ..., "faults": [...]}
+    /// Answer with one JSON document: {"ok": ..., "faults": [...], "genomes": [...]}
     #[arg(long)]
     json: bool,
 }
@@ -40,6 +43,8 @@ pub struct Args {
 struct Answer<'a> {
     ok: bool,
     faults: FaultList<'a>,
+    /// Of which something is not drawn.
+    genomes: &'a [UndrawnGenome],
 }
 
 /// The faults in the answer: those that are no jumps, and the jumps. Each is put into its form as it is written: a large
@@ -83,7 +88,9 @@ impl serde::Serialize for FaultList<'_> {
 pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let manifest = flock.manifest();
-    let faults = faults_but_jumps(&args.dir, &flock, decoder)?;
+    let genomes = genomes::undrawn(&args.dir, manifest);
+    let mut faults = faults_but_jumps(&args.dir, &flock, decoder)?;
+    faults.extend(genomes::faults(&args.dir, manifest, &genomes));
     let mut jumps = Vec::new();
     if args.joins {
         let decoder = decoder.get()?;
@@ -97,15 +104,24 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
             drawn.map_err(|error| Fatal::new(Exit::Unreadable, error))?;
         }
     }
+    note_genomes(&genomes, &faults);
     note_forced_repeats(&flock);
     let count = faults.len() + jumps.len();
     if args.json {
-        print::json(&Answer { ok: count == 0, faults: FaultList(&faults, &jumps) })?;
+        print::json(&Answer { ok: count == 0, faults: FaultList(&faults, &jumps), genomes: &genomes })?;
     } else {
         print::lines(faults.iter().chain(jumps.iter().map(|(fault, _)| fault)).map(line))?;
         print::note(&print::count(count, "fault"));
     }
     Ok(if count == 0 { Exit::Fine } else { Exit::No })
+}
+
+/// Notes on stderr what of genomes is not drawn, but for `faults`.
+fn note_genomes(genomes: &[UndrawnGenome], faults: &[Fault]) {
+    let told: HashSet<&str> = faults.iter().map(|fault| &*fault.message).collect();
+    for sentence in genomes.iter().flat_map(UndrawnGenome::sentences).filter(|sentence| !told.contains(&**sentence)) {
+        print::note(&format!("note: {sentence}"));
+    }
 }
 
 /// Notes on stderr where the graph makes the walk repeat itself. That is no fault.

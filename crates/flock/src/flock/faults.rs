@@ -32,6 +32,8 @@ pub enum FaultKind {
     Split,
     /// A sheep that the walk cannot come to.
     Unreachable,
+    /// A genome that asks for what is not drawn, of a sheep with a clip that is yet to be rendered.
+    UndrawnGenome,
     /// A transition from or to a sheep that is not in the flock.
     UnknownSheep,
     /// A clip of another form, size, rate or frame count.

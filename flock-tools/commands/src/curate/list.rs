@@ -5,10 +5,11 @@
 //!
 //! Start at [`Filters`].
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Flock, FlockShares, Manifest, Measure, SheepId, SheepIx};
+use operations::check::genomes::{self, UndrawnGenome};
 use operations::credits::FlockCredits;
 use operations::flock_folder::open;
 use operations::program::{Exit, Fatal, print};
@@ -98,6 +99,9 @@ struct Row<'f> {
     frames: Option<u32>,
     clip: Option<&'f ClipPath>,
     genome: Option<&'f ClipPath>,
+    /// What of its genome is not drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    undrawn: Option<UndrawnGenome>,
     /// Whether its loop is there; `null` without one.
     rendered: Option<bool>,
     /// How many transitions lead to it and leave it.
@@ -127,6 +131,9 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         let count = format!("{} of {of} sheep", sheep.len());
         print::lines(table(&sheep, args.by.into()))?;
         print::note(&count);
+        for sentence in sheep.iter().filter_map(|row| row.undrawn.as_ref()).flat_map(UndrawnGenome::sentences) {
+            print::note(&format!("note: {sentence}"));
+        }
     }
     Ok(Exit::Fine)
 }
@@ -160,6 +167,8 @@ fn rows<'f>(flock: &'f Flock, folder: &Path, by: Measure) -> Vec<Row<'f>> {
     let reached = flock.reached();
     let mut entries = vec![0; whole.len()];
     whole.sheep().flat_map(|at| whole.exits(at)).for_each(|exit| entries[whole.target(exit).index()] += 1);
+    let undrawn = genomes::undrawn(folder, manifest).into_iter().map(|genome| (genome.sheep.clone(), genome));
+    let mut undrawn: HashMap<SheepId, UndrawnGenome> = undrawn.collect();
     let row = |at: SheepIx| {
         let written = &manifest.sheep[whole.sheep_in_manifest(at)];
         let share = shares.as_ref().map(|shares| &shares.sheep[at.index()]);
@@ -176,6 +185,7 @@ fn rows<'f>(flock: &'f Flock, folder: &Path, by: Measure) -> Vec<Row<'f>> {
             frames: clip.map(|clip| clip.frames.0),
             clip: clip.map(|clip| &clip.path),
             genome: written.genome.as_ref(),
+            undrawn: undrawn.remove(whole.id(at)),
             rendered: clip.map(|clip| clip.path.inside(folder).is_file()),
             entries: entries[at.index()],
             exits: whole.exits(at).len(),
@@ -201,6 +211,11 @@ fn table(sheep: &[Row], by: Measure) -> Vec<String> {
             (Some(false), Some(frames)) => format!("{frames} frames, not rendered"),
             (None, _) | (_, None) => "none".to_owned(),
         };
+        let drawn = match &row.undrawn {
+            Some(genome) if !genome.refused.is_empty() => "; its genome cannot be drawn",
+            Some(_) => "; its genome is drawn in part",
+            None => "",
+        };
         let never = if row.played {
             ""
         } else if row.reachable {
@@ -209,7 +224,7 @@ fn table(sheep: &[Row], by: Measure) -> Vec<String> {
             "; unreachable"
         };
         format!(
-            "{:<wide$} {:>8.3}% {:>8.3}% {ratio:>8} {:>4} {:>4} {:>7}  {own}{never}",
+            "{:<wide$} {:>8.3}% {:>8.3}% {ratio:>8} {:>4} {:>4} {:>7}  {own}{drawn}{never}",
             row.id.as_str(),
             100.0 * part,
             100.0 * want,

@@ -1,11 +1,12 @@
 //! The faults of a flock, and each in words.
 //!
-//! Owns which faults there are. The flock crate finds those of the graph, `clips.rs` those of the clips, `joins/` the joins
-//! that jump.
+//! Owns which faults there are. The flock crate finds those of the graph, `clips.rs` those of the clips, `genomes.rs` those
+//! of the genomes, `joins/` the joins that jump.
 //!
 //! Start at [`every_fault`].
 
 pub mod clips;
+pub mod genomes;
 
 use std::path::Path;
 

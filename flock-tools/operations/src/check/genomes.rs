@@ -1,0 +1,83 @@
+//! What of a flock's genomes is not drawn.
+//!
+//! Owns the look at all genomes of a flock, and when one that is refused is a fault: while a clip is missing that only it
+//! could give. Never judges a file that is no genome: `dreams render` names it.
+//!
+//! Start at [`undrawn`].
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use flame::Backend;
+use flame::genome::{Reasons, Unsupported};
+use flock::{ClipPath, Fault, FaultKind, Manifest, Sheep, SheepId};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
+
+use crate::species::{self, reasons};
+
+/// A genome of which something is not drawn.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct UndrawnGenome {
+    /// Its sheep.
+    pub sheep: SheepId,
+    /// Its file.
+    pub genome: ClipPath,
+    /// For this it is refused.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    pub refused: Reasons,
+    /// It is drawn without this.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    pub without: Reasons,
+}
+
+/// The genomes of the flock in `folder` of which something is not drawn, in the order of the manifest.
+pub fn undrawn(folder: &Path, manifest: &Manifest) -> Vec<UndrawnGenome> {
+    manifest.sheep.par_iter().filter_map(|sheep| of_sheep(folder, sheep)).collect()
+}
+
+/// What of the genome of `sheep`, in the flock's `folder`, is not drawn; `None` if all is, or it has none that can be read.
+pub fn of_sheep(folder: &Path, sheep: &Sheep) -> Option<UndrawnGenome> {
+    let genome = sheep.genome.clone()?;
+    let Unsupported { refused, without } = of_file(&genome.inside(folder));
+    let is_drawn = refused.is_empty() && without.is_empty();
+    (!is_drawn).then(|| UndrawnGenome { sheep: sheep.id.clone(), genome, refused, without })
+}
+
+/// What of the genome in the file at `path` is not drawn.
+pub fn of_file(path: &Path) -> Unsupported {
+    species::read(path, &Backend::default()).map(|genome| reasons::undrawn(&*genome)).unwrap_or_default()
+}
+
+/// The faults among `genomes` of the flock in `folder`.
+pub fn faults(folder: &Path, manifest: &Manifest, genomes: &[UndrawnGenome]) -> Vec<Fault> {
+    if genomes.iter().all(|genome| genome.refused.is_empty()) {
+        return Vec::new();
+    }
+    let mut wanted: HashSet<&SheepId> = HashSet::new();
+    let is_missing = |path: &ClipPath| !path.inside(folder).exists();
+    let loops = manifest.sheep.iter().filter(|sheep| sheep.clip.as_ref().is_some_and(|clip| is_missing(&clip.path)));
+    wanted.extend(loops.map(|sheep| &sheep.id));
+    for transition in manifest.transitions.iter().filter(|transition| is_missing(&transition.clip.path)) {
+        wanted.extend([&transition.from, &transition.to]);
+    }
+    let is_fault = |own: &&UndrawnGenome| !own.refused.is_empty() && wanted.contains(&own.sheep);
+    genomes.iter().filter(is_fault).map(UndrawnGenome::fault).collect()
+}
+
+impl UndrawnGenome {
+    /// What is not drawn, in sentences.
+    pub fn sentences(&self) -> impl Iterator<Item = String> {
+        let Self { sheep, genome, refused, without } = self;
+        let refusal = || format!("genome `{genome}` of sheep `{sheep}` cannot be drawn: {}", reasons::refusal(refused));
+        let omission = || format!("genome `{genome}` of sheep `{sheep}` is drawn without {without}");
+        let refusal = (!refused.is_empty()).then(refusal);
+        refusal.into_iter().chain((!without.is_empty()).then(omission))
+    }
+
+    fn fault(&self) -> Fault {
+        let message = self.sentences().next().unwrap_or_default();
+        let sheep = Some(self.sheep.clone());
+        Fault { kind: FaultKind::UndrawnGenome, sheep, from: None, to: None, clip: None, message }
+    }
+}
