@@ -45,7 +45,7 @@ use slurm::plan_file::PlanFile;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  nothing is missing any more; with --shard, its part is rendered
-  1  a clip is still missing: it has no genome, another process renders it, or the run was interrupted
+  1  a clip is still missing: it has no genome or one that asks for what is not drawn, another process renders it, or the run was interrupted
   2  the command line, the manifest or a genome is wrong, or this program is built without --on gpu
   3  a file could not be read or written, a clip could not be made, there is no GPU or it failed, or the cluster did not
      take the work")]
@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.dry_run {
         let gpu = backend.name().map(str::to_owned);
         DryRun::new(&selection, &look, &args.dir, &part, threads, gpu)?.print(args.json)?;
-        return Ok(Exit::Fine);
+        return Ok(if selection.left_out.is_empty() { Exit::Fine } else { Exit::No });
     }
     args.make(&selection, &look, threads, part)
 }
@@ -185,7 +185,7 @@ impl Args {
         if let Some(told) = self.look.preset.and_then(|preset| Preset::from(preset).other_form(manifest)) {
             print::note(&told);
         }
-        for SkippedClip { clip, reason } in &selection.left_out {
+        for SkippedClip { clip, reason, .. } in &selection.left_out {
             print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
         }
         if !selection.changed.is_empty() && !self.again && self.plan.is_none() {

@@ -13,11 +13,12 @@ use std::path::PathBuf;
 use ::species::{Drawn, Image, RenderError, Settings, Threads};
 use clap::ValueEnum;
 use flame::Backend;
+use flame::genome::Reasons;
 use flock::ClipHash;
 use operations::program::{Exit, Fatal, now::Stopwatch, print};
 use operations::render::machine;
 use operations::render::plan::SEED;
-use operations::species::{self, Refused};
+use operations::species::{self, Refused, reasons};
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::still_flame;
@@ -32,12 +33,13 @@ const STANDS: f64 = 1e12;
 /// Render one picture of a genome
 ///
 /// Size, samples and everything else are the genome's unless an option is given. With --frame and --frames it is that
-/// frame of the genome's loop, motion blur included.
+/// frame of the genome's loop, motion blur included. The answer names the program that wrote a flame, and where its tone
+/// differs from flam3's. A flame that asks for what is not drawn is refused with all reasons.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the picture is written
   1  does not occur
-  2  the command line or the genome is wrong
+  2  the command line or the genome is wrong, or the genome asks for what is not drawn
   3  a file could not be read or written, or memory does not suffice")]
 pub struct Args {
     /// File of the genome; with --time it may have several flames
@@ -121,6 +123,20 @@ struct Answer {
     psnr: Option<f64>,
     /// BLAKE3 of the pixels: 16 bits of red, green, blue, the lower byte first, row by row.
     checksum: String,
+    #[serde(flatten)]
+    facts: Option<FlameFacts>,
+}
+
+/// What a flame says of how it is drawn.
+#[derive(serde::Serialize)]
+pub(super) struct FlameFacts {
+    /// The program that wrote it; `null` if it does not show.
+    pub(super) program: Option<&'static str>,
+    /// Where its tone differs from flam3's, in the order in which that is applied.
+    pub(super) tone: Vec<&'static str>,
+    /// What it is drawn without.
+    #[serde(serialize_with = "reasons::serialize")]
+    pub(super) without: Reasons,
 }
 
 /// A picture, and what it took.
@@ -130,6 +146,8 @@ pub(super) struct Timed {
     pub(super) cpu_s: f64,
     /// Seconds.
     pub(super) seconds: f64,
+    /// Of a flame.
+    pub(super) facts: Option<FlameFacts>,
 }
 
 /// An option that means nothing here.
@@ -151,14 +169,15 @@ struct GenomeFileError {
 pub fn run(args: &Args) -> Result<Exit, Fatal> {
     let text = species::text(&args.genome).map_err(|why| args.refused(why))?;
     let is_flame = species::is_of_flames(&args.genome, &text);
-    let Timed { drawn, cpu_s, seconds } = if is_flame { still_flame::draw(args, &text) } else { draw(args, &text) }?;
+    let Timed { drawn, cpu_s, seconds, facts } =
+        if is_flame { still_flame::draw(args, &text) } else { draw(args, &text) }?;
     let written = png(&drawn.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
     written.map_err(|source| Fatal::write(&args.out, source))?;
     let pixels: Vec<u8> = drawn.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&pixels[..]).expect("reading memory does not fail").to_string();
     let Drawn { samples, psnr, .. } = drawn;
     if args.json {
-        print::json(&Answer { samples, cpu_s, seconds, psnr, checksum })?;
+        print::json(&Answer { samples, cpu_s, seconds, psnr, checksum, facts })?;
     } else {
         let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
         let noise = psnr.map(|psnr| format!("noise     {psnr:.2} dB"));
@@ -166,7 +185,11 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
             format!("samples   {samples}"),
             format!("time      {seconds:.2} s, {cpu_s:.2} CPU s, {rate:.1} million samples a CPU second"),
         ];
-        print::lines(lines.into_iter().chain(noise).chain([format!("checksum  {checksum}")]))?;
+        let told = facts.iter().flat_map(FlameFacts::lines);
+        print::lines(lines.into_iter().chain(noise).chain(told).chain([format!("checksum  {checksum}")]))?;
+        if let Some(FlameFacts { without, .. }) = facts.filter(|facts| !facts.without.is_empty()) {
+            print::note(&format!("note: the genome is drawn without {without}"));
+        }
     }
     Ok(Exit::Fine)
 }
@@ -201,7 +224,16 @@ fn draw(args: &Args, text: &str) -> Result<Timed, Fatal> {
     let watch = Stopwatch::start();
     let threads = Threads::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let drawn = motion.frame(frame, &settings, &threads).map_err(refused)?;
-    Ok(Timed { drawn, cpu_s: watch.cpu().as_secs_f64(), seconds: watch.wall().as_secs_f64() })
+    Ok(Timed { drawn, cpu_s: watch.cpu().as_secs_f64(), seconds: watch.wall().as_secs_f64(), facts: None })
+}
+
+impl FlameFacts {
+    /// Where it comes from and its tone, if that is not flam3's.
+    fn lines(&self) -> impl Iterator<Item = String> {
+        let program = self.program.map(|program| format!("program   {program}"));
+        let tone = (!self.tone.is_empty()).then(|| format!("tone      {}", self.tone.join(", ")));
+        program.into_iter().chain(tone)
+    }
 }
 
 impl Args {

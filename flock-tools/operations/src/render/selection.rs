@@ -11,6 +11,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use flame::Backend;
+use flame::genome::Reasons;
 use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
@@ -18,7 +19,7 @@ use super::clip_job::{hash_of, recorded};
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
 use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal};
-use crate::species;
+use crate::species::{self, reasons};
 
 /// The clips to render, and the missing ones that cannot be rendered.
 pub struct Selection {
@@ -39,6 +40,16 @@ pub struct SkippedClip {
     pub clip: ClipPath,
     /// Why, for people.
     pub reason: String,
+    /// What a genome of it asks for that is not drawn.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    pub reasons: Reasons,
+}
+
+/// Why a clip cannot be rendered though no file is wrong.
+#[derive(Clone)]
+struct Obstacle {
+    reason: String,
+    reasons: Reasons,
 }
 
 /// The clips that are asked for.
@@ -90,12 +101,15 @@ struct Genomes<'a> {
     /// The length of the turn of a sheep without a loop.
     usual: FrameCount,
     read: HashMap<&'a SheepId, SheepMotion>,
+    /// Those that ask for what is not drawn.
+    undrawn: HashMap<&'a SheepId, Obstacle>,
 }
 
 impl Selection {
     /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`, drawn by
     /// `backend`.
-    /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
+    /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read, or cannot be rendered
+    /// for another reason than that it asks for what is not drawn.
     pub fn new(
         folder: &Path,
         manifest: &Manifest,
@@ -132,10 +146,10 @@ impl Selection {
             let refused = paths.refuse(&clip.path);
             let plan = match refused.map_or_else(|| genomes.plan(&role, clip), |reason| Ok(Err(reason)))? {
                 Ok(plan) => plan,
-                Err(reason) => {
+                Err(Obstacle { reason, reasons }) => {
                     // One that is there may have lost its genome.
                     if !is_there || matches!(request.scope, Scope::All) {
-                        selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason });
+                        selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason, reasons });
                     }
                     continue;
                 }
@@ -154,6 +168,12 @@ impl Selection {
             selection.clips.push(plan);
         }
         Ok(selection)
+    }
+}
+
+impl From<String> for Obstacle {
+    fn from(reason: String) -> Self {
+        Self { reason, reasons: Reasons::default() }
     }
 }
 
@@ -184,11 +204,11 @@ impl<'a> Paths<'a> {
     }
 
     /// Why nothing is rendered to `path`.
-    fn refuse(&mut self, path: &ClipPath) -> Option<String> {
+    fn refuse(&mut self, path: &ClipPath) -> Option<Obstacle> {
         if path.as_str() == FILE_NAME || self.genomes.contains(path) {
-            return Some("its path is that of the manifest or of a genome".into());
+            return Some("its path is that of the manifest or of a genome".to_owned().into());
         }
-        (self.serves.get(path) > Some(&1)).then(|| "more than one loop or transition has it".into())
+        (self.serves.get(path) > Some(&1)).then(|| "more than one loop or transition has it".to_owned().into())
     }
 }
 
@@ -198,15 +218,23 @@ impl<'a> Genomes<'a> {
         for one in &manifest.sheep {
             sheep.entry(&one.id).or_insert(one);
         }
-        Self { folder, look, backend, sheep, usual: usual_turn(manifest), read: HashMap::new() }
+        Self {
+            folder,
+            look,
+            backend,
+            sheep,
+            usual: usual_turn(manifest),
+            read: HashMap::new(),
+            undrawn: HashMap::new(),
+        }
     }
 
     /// The plan of a clip, or why there is none.
-    fn plan(&mut self, role: &ClipRole, clip: &Clip) -> Result<Result<ClipPlan, String>, Fatal> {
+    fn plan(&mut self, role: &ClipRole, clip: &Clip) -> Result<Result<ClipPlan, Obstacle>, Fatal> {
         let (ids, path, frames) = (role.sheep(), clip.path.clone(), clip.frames);
         for id in ids {
-            if let Some(reason) = self.read(id)? {
-                return Ok(Err(reason));
+            if let Some(obstacle) = self.read(id)? {
+                return Ok(Err(obstacle));
             }
         }
         let ends = ids.map(|id| &self.read[id]);
@@ -216,24 +244,36 @@ impl<'a> Genomes<'a> {
         }))
     }
 
-    /// Reads the genome of the sheep `id`. Returns the reason if it has none; that ends no command.
-    fn read(&mut self, id: &SheepId) -> Result<Option<String>, Fatal> {
+    /// Reads the genome of the sheep `id`. Returns the obstacle if it has none, or one that asks for what is not drawn; that
+    /// ends no command.
+    fn read(&mut self, id: &SheepId) -> Result<Option<Obstacle>, Fatal> {
         if self.read.contains_key(id) {
             return Ok(None);
         }
         let Some((&id, &sheep)) = self.sheep.get_key_value(id) else {
-            return Ok(Some(format!("sheep `{id}` is not in the flock")));
+            return Ok(Some(format!("sheep `{id}` is not in the flock").into()));
         };
-        let Some(genome) = &sheep.genome else { return Ok(Some(format!("sheep `{id}` has no genome"))) };
-        let path = genome.inside(self.folder);
+        let Some(file) = &sheep.genome else { return Ok(Some(format!("sheep `{id}` has no genome").into())) };
+        if let Some(obstacle) = self.undrawn.get(id) {
+            return Ok(Some(obstacle.clone()));
+        }
+        let path = file.inside(self.folder);
         let refused = |exit, source: Box<dyn Error>| {
             Fatal::new(exit, GenomeFileError { path: path.clone(), id: id.clone(), source })
         };
         let genome = species::read(&path, self.backend).map_err(|why| refused(why.exit, why.source))?;
         let turning = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
-        turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
-        self.read.insert(id, turning);
-        Ok(None)
+        match turning.demand(self.look) {
+            Ok(_) => drop(self.read.insert(id, turning)),
+            Err(source) => {
+                let Some(reasons) = reasons::reasons_of(&source).cloned() else {
+                    return Err(refused(Exit::Malformed, source.into()));
+                };
+                let reason = format!("genome `{file}` of sheep `{id}` cannot be drawn: {source}");
+                self.undrawn.insert(id, Obstacle { reason, reasons });
+            }
+        }
+        Ok(self.undrawn.get(id).cloned())
     }
 }
 
