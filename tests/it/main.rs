@@ -65,6 +65,7 @@ mod tools {
     mod settings;
     mod still;
     mod tutorial;
+    mod undrawn_genomes;
 }
 mod unit {
     mod boot_repair;

@@ -131,11 +131,12 @@ export class Panel {
       this.whole(), make('div', { class: 'thumb' }, this.canvas), make('h2', {}, id), words, bars,
       make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Want'), want.root, make('span', { class: 'dim' }, 'Repeat'), make('div', {}, repeat, make('span', { class: 'dim' }, ` ${digits(one.frames / store.state.fps[0] * store.state.fps[1], 1)} s a loop`))),
       make('p', { class: 'dim small' }, [one.species, stateOf(one) || (one.state === 'there' ? 'loop is there' : ''), one.licence, one.authors.join(', ')].filter(Boolean).join(' · ')),
+      ...this.undrawn(one),
       make('div', { class: 'bar' },
         tight('Link', () => deeds.startLink(id), { title: 'Begin a link here (L)' }),
         tight('Walk from here', () => shell.go('walk', { from: id })),
         tight('Breed', () => shell.go('breed', { from: id })),
-        ...one.state === 'there' || !one.genome ? [] : this.renders({ sheep: id }),
+        ...one.state === 'there' || !one.genome || one.refused ? [] : this.renders({ sheep: id }),
         one.pinned && tight('Unpin', () => deeds.unpin(id)),
         tight('Rename…', () => this.rename(id)),
         tight('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { title: 'Take it out of the flock' })),
@@ -259,10 +260,19 @@ export class Panel {
   }
 
   /**
-   * Whether a transition can be drawn: both sheep have genomes, of whatever species.
+   * What of a sheep's genome is not drawn, in words.
+   * @param {Sheep} one
+   */
+  undrawn({ refused, without }) {
+    return [refused && `Its genome cannot be drawn: ${refused}`, without && `Its genome is drawn without ${without}`].filter(Boolean)
+      .map(words => make('p', { class: 'small' }, words))
+  }
+
+  /**
+   * Whether a transition can be drawn: both sheep have genomes that can, of whatever species.
    * @param {string} from @param {string} to
    */
-  canDraw(from, to) { return [from, to].every(id => this.store.byId.get(id)?.genome) }
+  canDraw(from, to) { return [from, to].every(id => { const one = this.store.byId.get(id); return one?.genome && !one.refused }) }
 
   /**
    * Puts the three middle pictures of a transition into `into`, when they are there.

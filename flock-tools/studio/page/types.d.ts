@@ -27,6 +27,9 @@ interface Sheep {
   strip: string | null
   fragments?: string | null
   genome: boolean
+  /** Why its genome cannot be drawn, and what it is drawn without. */
+  refused?: string
+  without?: string
   licence: string | null
   authors: string[]
   parents: string[]

@@ -82,13 +82,11 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
         repeat: args.repeat,
     };
     session.edit(|edit| edit.add_sheep(sheep))?;
-    let note = genome.as_ref().and_then(|genome| genome.note.clone());
+    let notes = genome.as_ref().map_or(Vec::new(), |genome| genome.notes.clone());
     let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
     FileCopy::run_all(copy, &mut session, args.force)?;
     let result = session.save()?;
-    if let Some(note) = note {
-        print::note(&note);
-    }
+    notes.iter().for_each(|note| print::note(note));
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
     result.print(&format!("added `{id}`: {what}"), args.json)
 }

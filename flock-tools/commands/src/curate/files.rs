@@ -11,12 +11,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use flame::Backend;
+use flame::genome::Unsupported;
 use flock::{Clip, ClipHash, ClipPath, SheepId};
 use operations::check::clips;
 use operations::decoder::DecoderHandle;
 use operations::flock_folder::paths;
 use operations::program::{Exit, Fatal};
-use operations::species::{self, Refused};
+use operations::species::{self, Refused, reasons};
 use timing::FrameCount;
 use video::Form;
 
@@ -42,8 +43,8 @@ pub(super) struct FileCopy {
 pub(super) struct GenomeFile {
     pub(super) path: ClipPath,
     pub(super) copy: Option<FileCopy>,
-    /// A hint for the artist.
-    pub(super) note: Option<String>,
+    /// Hints for the artist.
+    pub(super) notes: Vec<String>,
 }
 
 /// Why a file was not added.
@@ -121,7 +122,15 @@ pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result
         )
     });
     let (path, copy) = place_in(&session.folder, file, paths::genome(id, ending(file).unwrap_or(paths::GENOME)));
-    Ok(GenomeFile { path, copy, note })
+    let mut notes: Vec<String> = note.into_iter().collect();
+    let Unsupported { refused, without } = reasons::undrawn(&*genome);
+    if !refused.is_empty() {
+        notes.push(format!("note: the genome of `{id}` cannot be drawn: {}", reasons::refusal(&refused)));
+    }
+    if !without.is_empty() {
+        notes.push(format!("note: the genome of `{id}` is drawn without {without}"));
+    }
+    Ok(GenomeFile { path, copy, notes })
 }
 
 impl FileCopy {

@@ -8,7 +8,6 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use flame::Backend;
 use flame::genome::{Reasons, Unsupported};
 use flock::{ClipPath, Fault, FaultKind, Manifest, Sheep, SheepId};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -33,20 +32,24 @@ pub struct UndrawnGenome {
 
 /// The genomes of the flock in `folder` of which something is not drawn, in the order of the manifest.
 pub fn undrawn(folder: &Path, manifest: &Manifest) -> Vec<UndrawnGenome> {
-    manifest.sheep.par_iter().filter_map(|sheep| of_sheep(folder, sheep)).collect()
+    undrawn_by(folder, manifest, |path| {
+        species::text(path).map(|text| reasons::of_text(path, &text)).unwrap_or_default()
+    })
 }
 
-/// What of the genome of `sheep`, in the flock's `folder`, is not drawn; `None` if all is, or it has none that can be read.
-pub fn of_sheep(folder: &Path, sheep: &Sheep) -> Option<UndrawnGenome> {
-    let genome = sheep.genome.clone()?;
-    let Unsupported { refused, without } = of_file(&genome.inside(folder));
-    let is_drawn = refused.is_empty() && without.is_empty();
-    (!is_drawn).then(|| UndrawnGenome { sheep: sheep.id.clone(), genome, refused, without })
-}
-
-/// What of the genome in the file at `path` is not drawn.
-pub fn of_file(path: &Path) -> Unsupported {
-    species::read(path, &Backend::default()).map(|genome| reasons::undrawn(&*genome)).unwrap_or_default()
+/// The same, where `of_file` knows what of the genome in a file is not drawn.
+pub fn undrawn_by(
+    folder: &Path,
+    manifest: &Manifest,
+    of_file: impl Fn(&Path) -> Unsupported + Sync,
+) -> Vec<UndrawnGenome> {
+    let of_sheep = |sheep: &Sheep| {
+        let genome = sheep.genome.clone()?;
+        let Unsupported { refused, without } = of_file(&genome.inside(folder));
+        let is_drawn = refused.is_empty() && without.is_empty();
+        (!is_drawn).then(|| UndrawnGenome { sheep: sheep.id.clone(), genome, refused, without })
+    };
+    manifest.sheep.par_iter().filter_map(of_sheep).collect()
 }
 
 /// The faults among `genomes` of the flock in `folder`.

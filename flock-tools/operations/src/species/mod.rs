@@ -66,8 +66,13 @@ pub fn parse(path: &Path, text: &str, backend: &Backend) -> Result<Box<dyn Genom
 /// What the genome in `text`, which is that of the file at `path`, says of its origin; `None` if it is no genome. The colours
 /// that a flame only names need not be at hand.
 pub fn lineage(path: &Path, text: &str) -> Option<Lineage> {
+    Some(without_colours(path, text)?.lineage())
+}
+
+/// The genome in `text`, which is that of the file at `path`, without the colours that a flame only names.
+fn without_colours(path: &Path, text: &str) -> Option<Box<dyn Genome>> {
     let all = list(Flames { backend: Backend::default(), coloured: Ok });
-    Some(of_text(&all, path, text).parse(text).ok()?.lineage())
+    of_text(&all, path, text).parse(text).ok()
 }
 
 /// Whether `text`, which is that of the file at `path`, is of flames: only those have files with more than one genome.

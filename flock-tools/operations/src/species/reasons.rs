@@ -7,6 +7,7 @@
 
 use std::error::Error;
 use std::iter;
+use std::path::Path;
 
 use flame::genome::{Reason, Reasons, Unsupported};
 use flame::{Flame, RenderError};
@@ -37,6 +38,12 @@ pub fn serialize<S: Serializer>(reasons: &Reasons, serializer: S) -> Result<S::O
 /// What of `genome` is not drawn.
 pub fn undrawn(genome: &dyn Genome) -> Unsupported {
     genome.as_any().downcast_ref::<Flame>().map(|flame| flame.genome().unsupported()).unwrap_or_default()
+}
+
+/// What of the genome in `text`, which is that of the file at `path`, is not drawn; nothing if it is no genome. The colours that
+/// a flame only names need not be at hand.
+pub fn of_text(path: &Path, text: &str) -> Unsupported {
+    super::without_colours(path, text).map(|genome| undrawn(&*genome)).unwrap_or_default()
 }
 
 /// Why a genome is refused, in words that say what is not drawn.

@@ -1,6 +1,6 @@
 //! What the files of genomes say, read once.
 //!
-//! Owns the memory of species and lineages, by file, size and time of change: a flock has thousands of genomes, and the page
+//! Owns the memory of species, lineages and what is not drawn, by file, size and time of change: a flock has thousands of genomes, and the page
 //! asks after each edit. Never changes a file.
 //!
 //! Start at [`Genomes::facts`].
@@ -12,7 +12,8 @@ use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 use ::species::Lineage;
-use operations::species;
+use flame::genome::Unsupported;
+use operations::species::{self, reasons};
 
 use crate::lock::locked;
 
@@ -23,6 +24,8 @@ pub(crate) struct GenomeFacts {
     pub(crate) species: Option<&'static str>,
     /// What it says of its origin; `None` if it is no genome.
     pub(crate) lineage: Option<Lineage>,
+    /// What of it is not drawn.
+    pub(crate) undrawn: Unsupported,
 }
 
 /// A file's size and when it was changed.
@@ -52,7 +55,8 @@ impl Genomes {
 
 fn read(path: &Path) -> GenomeFacts {
     let Ok(text) = species::text(path) else { return GenomeFacts::default() };
-    GenomeFacts { species: Some(species::ending(path, &text)), lineage: species::lineage(path, &text) }
+    let undrawn = reasons::of_text(path, &text);
+    GenomeFacts { species: Some(species::ending(path, &text)), lineage: species::lineage(path, &text), undrawn }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use operations::check::clips;
 use operations::credits::{CreditsFile, Subject};
 use operations::decoder::Decoder;
 use operations::flock_folder::paths;
-use operations::species;
+use operations::species::{self, reasons};
 use timing::FrameCount;
 use video::Form;
 
@@ -66,7 +66,12 @@ impl Stock {
 impl Surroundings for Around {
     fn candidate(&self, id: &SheepId, manifest: &Manifest) -> Result<Sheep, String> {
         let path = self.0.genome(id)?;
-        let ending = self.0.genomes.facts(&path).species.ok_or_else(|| format!("`{id}` has no genome"))?;
+        let facts = self.0.genomes.facts(&path);
+        let ending = facts.species.ok_or_else(|| format!("`{id}` has no genome"))?;
+        let refused = &facts.undrawn.refused;
+        if !refused.is_empty() {
+            return Err(format!("`{id}` cannot be drawn: {}", reasons::refusal(refused)));
+        }
         let clip = Clip { path: paths::of_loop(id, paths::CLIP), frames: usual_loop(manifest), hash: None };
         let clip = self.clip(clip, manifest)?;
         let genome = Some(paths::genome(id, ending));

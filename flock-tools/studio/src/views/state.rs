@@ -8,8 +8,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use flame::genome::Unsupported;
 use flock::{Fault, Flock, FlockShares, Measure, Sheep, SheepId, SheepShare, Transition};
 use operations::credits::{Credit, FlockCredits};
+use operations::species::reasons;
 
 use super::figures::{Figures, shown};
 use crate::document::{Mark, MarkKind, Notes, Revision};
@@ -17,7 +19,7 @@ use crate::jobs::Job;
 use crate::media::Keys;
 use crate::store::candidates::{Candidate, PoolMarks, VoteCounts};
 use crate::store::clip_states::{ClipFile, ClipState, ClipStates};
-use crate::store::genomes::Genomes;
+use crate::store::genomes::{GenomeFacts, Genomes};
 use crate::store::joins::JoinRecord;
 use crate::store::places::Places;
 
@@ -116,6 +118,12 @@ pub(crate) struct SheepState {
     pub(crate) strip: Option<String>,
     pub(crate) fragments: Option<String>,
     pub(crate) genome: bool,
+    /// Why its genome cannot be drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) refused: Option<String>,
+    /// What its genome is drawn without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) without: Option<String>,
     pub(crate) licence: Option<String>,
     pub(crate) authors: Vec<String>,
     pub(crate) parents: Vec<String>,
@@ -213,6 +221,15 @@ pub(crate) fn flock_part(sources: &Sources<'_>, candidates: &[Candidate], faults
     }
 }
 
+impl SheepState {
+    /// With what of its genome is not drawn.
+    fn of_genome(self, facts: Option<&GenomeFacts>) -> Self {
+        let Some(Unsupported { refused, without }) = facts.map(|facts| &facts.undrawn) else { return self };
+        let refused = (!refused.is_empty()).then(|| reasons::refusal(refused));
+        Self { refused, without: (!without.is_empty()).then(|| without.to_string()), ..self }
+    }
+}
+
 impl<'f> Shares<'f> {
     fn of(shares: Option<&'f FlockShares<'f>>) -> Self {
         let sheep = shares.iter().flat_map(|shares| &shares.sheep);
@@ -254,7 +271,7 @@ impl Sources<'_> {
             parents: credit.parents.clone(),
             ..self.blank(&sheep.id)
         };
-        self.looked_at(base)
+        self.looked_at(base.of_genome(genome.as_deref().map(|genome| self.genomes.facts(genome)).as_deref()))
     }
 
     fn candidate(&self, candidate: &Candidate) -> SheepState {
@@ -269,7 +286,7 @@ impl Sources<'_> {
             made_ms: candidate.made_ms,
             ..self.blank(&candidate.id)
         };
-        self.looked_at(base)
+        self.looked_at(base.of_genome(Some(&self.genomes.facts(&candidate.path))))
     }
 
     /// A sheep of which nothing is known but the artist's notes and the votes.
@@ -297,6 +314,8 @@ impl Sources<'_> {
             strip: None,
             fragments: None,
             genome: false,
+            refused: None,
+            without: None,
             licence: None,
             authors: Vec::new(),
             parents: Vec::new(),

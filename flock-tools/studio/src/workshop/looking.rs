@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use flock::{Clip, Flock, Manifest, Measure, SheepId};
+use operations::check;
 use operations::credits::FlockCredits;
 use operations::program::now;
 
@@ -89,8 +90,10 @@ impl Workshop {
         let credits = self.credits(manifest)?;
         let clips = self.clip_states();
         locked(&self.places).update(&flock);
-        let faults = locked(&self.checked).faults(&flock, &revision);
+        let mut faults = locked(&self.checked).faults(&flock, &revision);
         let Stock { genomes, candidates, .. } = &*self.stock;
+        let undrawn = check::genomes::undrawn_by(&self.folder, manifest, |path| genomes.facts(path).undrawn.clone());
+        faults.extend(check::genomes::faults(&self.folder, manifest, &undrawn));
         let (all, votes, marks) = (candidates.all(genomes), candidates.votes(genomes), candidates.marks(genomes));
         let part = {
             let (joins, places) = (locked(&self.joins), locked(&self.places));
