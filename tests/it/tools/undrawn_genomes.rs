@@ -13,7 +13,7 @@ use std::process::{Command, Output};
 
 /// A flame called `name`, with these attributes and these of its first transform.
 fn flame(name: &str, own: &str, of_first: &str) -> String {
-    let palette: String = (0..256).map(|i| format!("{i:02X}8040")).collect();
+    let palette = (0..256).map(|i| format!("{i:02X}8040")).collect::<Vec<_>>().concat();
     format!(
         "<flame name=\"{name}\" {own} size=\"64 48\" center=\"0 0\" scale=\"20\" quality=\"1\">\n\
          <xform weight=\"1\" color=\"0\" linear=\"1\" coefs=\"0.5 0 0 0.5 0.5 0\" {of_first}/>\n\
@@ -63,11 +63,13 @@ fn flock_with_one_undrawn() -> ImportFolders {
     fs::write(folders.flock().join("genomes/oak.flam3"), three_reasons("oak")).unwrap();
     let mut text = folders.manifest();
     text.push_str("\n[[sheep]]\nid = \"oak\"\nframes = 4\nclip = \"loops/oak.mp4\"\ngenome = \"genomes/oak.flam3\"\n");
-    for (from, to) in [("ash", "elm"), ("elm", "oak"), ("oak", "ash"), ("elm", "ash")] {
-        text.push_str(&format!(
+    let transition = |(from, to): (&str, &str)| {
+        format!(
             "\n[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\nframes = 3\nclip = \"transitions/{from}={to}.mp4\"\n"
-        ));
-    }
+        )
+    };
+    let pairs = [("ash", "elm"), ("elm", "oak"), ("oak", "ash"), ("elm", "ash")];
+    text += &pairs.map(transition).concat();
     fs::write(folders.flock().join("flock.toml"), text).unwrap();
     folders
 }

@@ -86,7 +86,9 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
     FileCopy::run_all(copy, &mut session, args.force)?;
     let result = session.save()?;
-    notes.iter().for_each(|note| print::note(note));
+    for note in &notes {
+        print::note(note);
+    }
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
     result.print(&format!("added `{id}`: {what}"), args.json)
 }

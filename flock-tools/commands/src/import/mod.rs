@@ -88,6 +88,7 @@ const BYTES_PER_PIXEL: u64 = 300;
   1  something was left out, and is named; nothing could be imported; or it was interrupted, or another import into this flock is running
   2  the command line or the manifest is wrong
   3  a file could not be read or written; the clips that were imported before are in the flock")]
+#[expect(clippy::struct_excessive_bools, reason = "independent switches")]
 pub struct Args {
     /// Folder of the flock
     dir: PathBuf,

@@ -59,8 +59,6 @@ pub fn reasons_of<'e>(error: &'e (dyn Error + 'static)) -> Option<&'e Reasons> {
         Some(species::RenderError::Stopped) => None,
         None => error.downcast_ref::<RenderError>(),
     };
-    all.filter_map(flames_own).find_map(|error| match error {
-        RenderError::Unsupported { reasons } => Some(reasons),
-        _ => None,
-    })
+    all.filter_map(flames_own)
+        .find_map(|error| if let RenderError::Unsupported { reasons } = error { Some(reasons) } else { None })
 }
