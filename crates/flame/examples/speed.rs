@@ -15,6 +15,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
+use flame::variations::{Kind, Variation};
 use flame::{Arithmetic, Genome, Renderer, Settings};
 use peer::{cpu_seconds, genomes};
 use serde_json::{Value, json};
@@ -41,6 +42,9 @@ const MOST_FIXED: f64 = 0.3;
 const MOST_CPU_OF_TWO: f64 = 1.05;
 const LEAST_SPEED_OF_TWO: f64 = 1.9;
 
+/// A sample of a flame with depth costs at most so many times one of the same flame drawn flat: in the geometric mean.
+const MOST_FOR_DEPTH: f64 = 1.5;
+
 /// CPU-seconds of a frame of few samples and of many.
 type Costs = [f64; 2];
 
@@ -62,6 +66,7 @@ fn judged(rows: &[Value]) -> (Value, bool) {
     let is_kept = LEAST.iter().zip(ratios).all(|((_, least), ratio)| ratio >= *least)
         && fixed <= MOST_FIXED
         && two[0] <= MOST_CPU_OF_TWO
+        && mean("depth_cpu_ratio") <= MOST_FOR_DEPTH
         && two[1] >= LEAST_SPEED_OF_TWO;
     let bound = |((name, least), ratio): (&(&str, f64), f64)| json!({ "name": name, "least": least, "ratio": ratio });
     let bounds: Vec<Value> = LEAST.iter().zip(ratios).map(bound).collect();
@@ -70,6 +75,7 @@ fn judged(rows: &[Value]) -> (Value, bool) {
         "ratios": bounds,
         "fixed_cpu_s": fixed,
         "most_fixed_cpu_s": MOST_FIXED,
+        "depth": { "cpu_ratio": mean("depth_cpu_ratio"), "most_cpu_ratio": MOST_FOR_DEPTH },
         "two_threads": {
             "cpu_ratio": two[0],
             "most_cpu_ratio": MOST_CPU_OF_TWO,
@@ -118,9 +124,34 @@ fn measured(file: &Path) -> Result<Value, Box<dyn Error>> {
         "flam3_fixed_cpu_s": flam3[0],
         "avx512_ratio": rate(fastest) / rate(flam3),
         "avx2_ratio": rate(avx2) / rate(flam3),
+        "depth_cpu_ratio": depth_ratio(&genome)?,
         "two_threads_cpu_ratio": cpu_of_two,
         "two_threads_speed": speed_of_two,
     }))
+}
+
+/// How many times as much a sample costs once the camera is tilted, of a flame that has depth: the median of all rounds.
+fn depth_ratio(genome: &Genome) -> Result<f64, Box<dyn Error>> {
+    let mut flat = genome.clone();
+    for xform in &mut flat.xforms {
+        for variation in xform.variations.iter_mut().filter(|variation| variation.kind == Kind::Linear) {
+            variation.kind = Kind::Linear3D;
+        }
+        xform.variations.push(Variation::new(Kind::Zcone, 0.2));
+    }
+    let mut tilted = flat.clone();
+    (tilted.camera.pose.pitch, tilted.camera.pose.perspective) = (0.5, 0.2);
+    let mut ratios = Vec::new();
+    for _ in 0..ROUNDS {
+        let mut sample = [0.0; 2];
+        for (sample, genome) in sample.iter_mut().zip([&flat, &tilted]) {
+            let [few, many] = [FEW, MANY].map(|spp| ours(genome, spp, Arithmetic::Fastest, 1));
+            *sample = many?.cpu - few?.cpu;
+        }
+        ratios.push(sample[1] / sample[0]);
+    }
+    ratios.sort_by(f64::total_cmp);
+    Ok(ratios[ROUNDS / 2])
 }
 
 /// What a frame takes, in seconds of the processors and of the clock.
