@@ -6,9 +6,10 @@
 //! # Source
 //! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
 
-use std::f64::consts::{FRAC_2_PI, TAU};
+use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
-use super::formulas::{at_angle, formulas, radius};
+use super::MAX_PARAMETERS;
+use super::formulas::{at_angle, formulas, radius, solids};
 use crate::number::{Number, Random};
 
 formulas! {
@@ -68,6 +69,46 @@ formulas! {
         };
         (point(off_x, centre_x, x), point(off_y, centre_y, y))
     }
+}
+
+solids! {
+    Smartcrop Makes(v, x, y, z, random) {
+        let [_, _, _, _, size, edge, scatter, offset, turn, mode, keeps_inside, ..] = v.p;
+        let (phi, r) = (y.atan2(x), radius(x, y));
+        let shape = polygon(phi, &v.p);
+        let border = shape * ((random.unit() - 0.5) * edge + size);
+        let is_beyond = border.less(r);
+        let goes = if keeps_inside == 0.0 { !is_beyond } else { is_beyond };
+        let zero = x.like(0.0);
+        let far = match mode {
+            0.0 => zero,
+            1.0 => border + shape * (random.unit() * scatter + offset),
+            _ => r,
+        };
+        let (moved_x, moved_y) = at_angle(phi + turn, far * v.w);
+        let moved_z = if mode == 0.0 { zero } else { z * v.w };
+        [N::select(goes, moved_x, x * v.w), N::select(goes, moved_y, y * v.w), N::select(goes, moved_z, z * v.w)]
+    }
+}
+
+/// How far the side of a polygon with rounded corners is at an angle, where the middle of a side is at 1.
+#[inline(always)]
+fn polygon<N: Number>(angle: N, [corner, roundness, width, distortion, ..]: &[f64; MAX_PARAMETERS]) -> N {
+    if *distortion == 0.0 {
+        return angle.like(1.0);
+    }
+    let sides = (angle + PI) / *corner;
+    let part = sides - sides.trunc();
+    let part = part.min(-(part - 1.0));
+    let one = angle.like(1.0);
+    let side = one / (part * *corner).cos();
+    let side = if *roundness == 0.0 {
+        side
+    } else {
+        let round = (part * 2.0).pow(angle.like(*width)) * *roundness;
+        ((one - round) * side + round).abs()
+    };
+    side.pow(angle.like(*distortion))
 }
 
 /// `value`, or where it is beyond an end of `range`, a place up to `depth` inside of that end.

@@ -15,7 +15,7 @@ use species::Rng;
 
 /// A complex number.
 #[derive(Clone, Copy)]
-struct C(f64, f64);
+pub(super) struct C(pub(super) f64, pub(super) f64);
 
 impl Add for C {
     type Output = C;
@@ -47,13 +47,13 @@ impl Div for C {
 }
 
 impl C {
-    fn polar(size: f64, angle: f64) -> C {
+    pub(super) fn polar(size: f64, angle: f64) -> C {
         C(size * angle.cos(), size * angle.sin())
     }
-    fn size(self) -> f64 {
+    pub(super) fn size(self) -> f64 {
         self.0.hypot(self.1)
     }
-    fn angle(self) -> f64 {
+    pub(super) fn angle(self) -> f64 {
         self.1.atan2(self.0)
     }
     fn ln(self) -> C {
@@ -75,6 +75,8 @@ pub(super) struct At<'a, R>(pub(super) &'a Compiled, pub(super) [f64; 3], pub(su
 
 impl<R: Random<f64>> Visitor for At<'_, R> {
     type Out = [f64; 3];
+
+    #[inline(never)]
     fn visit<F: Formula>(self) -> [f64; 3] {
         F::in_space(self.0, self.1, self.2)
     }
@@ -91,7 +93,7 @@ pub(super) fn points() -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// Parameters with which formulas are tried.
-pub(super) const CASES: [(Kind, &[&[f64]]); 37] = [
+pub(super) const CASES: [(Kind, &[&[f64]]); 44] = [
     (Spherical3D, &[&[]]),
     (Spherical3DWf, &[&[0.0, 1.3], &[1.0, 2.0]]),
     (Hemisphere, &[&[]]),
@@ -117,6 +119,21 @@ pub(super) const CASES: [(Kind, &[&[f64]]); 37] = [
         ],
     ),
     (EllipticMirrored, &[&[]]),
+    (Affine3D, &[&[0.3, -0.2, 0.5, 1.2, 0.7, -0.9, 20.0, -35.0, 70.0, 0.2, -0.3, 0.4, 0.1, -0.5, 0.6]]),
+    (Butterfly3D, &[&[]]),
+    (Waves4Wf, &[&[0.4, -0.7, 1.6, 2.3, 1.0, 0.0, -0.3, 0.2]]),
+    (CannabiscurveWf, &[&[0.0]]),
+    (Target, &[&[0.3, -1.2, 0.7]]),
+    (Kaleidoscope, &[&[0.3, 1.2, -0.4, 0.6, 0.7]]),
+    (
+        Smartcrop,
+        &[
+            &[4.0, 1.2, 0.0, 1.0, 1.0, 0.0, 0.0, 0.1, 0.0, 1.0, 2.0],
+            &[3.0, -0.9, 0.4, 1.0, 0.6, 0.0, 0.0, 0.1, 0.3, 1.0, 2.0],
+            &[-5.0, 1.1, -0.7, 2.2, 1.0, 0.0, 0.0, 0.0, 0.3, -1.0, 2.0],
+            &[6.0, 1.4, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0],
+        ],
+    ),
     (Juliac, &[&[3.0, 20.0, 0.8], &[-4.0, -35.0, 1.1]]),
     (Juliaq, &[&[3.0, 2.0], &[-2.0, 3.0]]),
     (EJulia, &[&[3.0], &[-2.0]]),
@@ -292,13 +309,13 @@ fn in_space(kind: Kind, q: &[f64], w: f64, point: [f64; 3]) -> Vec<[f64; 3]> {
             y + q[1] * (x * q[0]).sin(),
             z + q[1] * (f64::midpoint(x, y) * q[0]).sin(),
         ]),
-        _ => roots_in_space(kind, q, point),
+        _ => roots_in_space(kind, q, w, point),
     }
 }
 
 /// The same of roots.
 #[expect(clippy::wildcard_enum_match_arm, reason = "all others are elsewhere")]
-fn roots_in_space(kind: Kind, q: &[f64], [x, y, z]: [f64; 3]) -> Vec<[f64; 3]> {
+fn roots_in_space(kind: Kind, q: &[f64], w: f64, [x, y, z]: [f64; 3]) -> Vec<[f64; 3]> {
     let zeta = C(x, y);
     let roots = |power: f64, zeta: C| {
         let angle = zeta.angle();
@@ -326,7 +343,7 @@ fn roots_in_space(kind: Kind, q: &[f64], [x, y, z]: [f64; 3]) -> Vec<[f64; 3]> {
             let rho = grown * zeta.size();
             roots(q[1], seen).map(|C(c, s)| [rho * c, rho * s, grown * z]).collect()
         }
-        _ => panic!("{kind:?} has no expected image"),
+        _ => super::expected_later::images(kind, q, w, [x, y, z]),
     }
 }
 

@@ -5,9 +5,9 @@
 //! # Source
 //! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI, TAU};
 
-use super::formulas::{TINY, at_angle, formulas, over, radius, square_of_radius};
+use super::formulas::{TINY, at_angle, formulas, over, radius, remainder, square_of_radius};
 use super::space::bent;
 use crate::number::Number;
 
@@ -34,6 +34,16 @@ formulas! {
         let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
         let (x_wave, y_wave) = (wave(y * x_frequency, x_is_cos), wave(x * y_frequency, y_is_cos));
         ((x * x_damp + x_wave * x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_wave * y_scale) * v.w)
+    }
+
+    Waves4Wf(v, x, y) {
+        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
+        let cubed = |angle: N, is_cos: f64| {
+            let (sin, cos) = angle.sin_cos();
+            sin * cos * if is_cos == 0.0 { sin } else { cos }
+        };
+        let (x_wave, y_wave) = (cubed(y * x_frequency, x_is_cos), cubed(x * y_frequency, y_is_cos));
+        ((x * x_damp + x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_scale) * v.w)
     }
 
     Bwraps(v, x, y) {
@@ -130,6 +140,42 @@ formulas! {
         let filled = N::select(chance.less(chance.like(v.p[0])), unit, unit.like(1.0));
         let (c, s) = at_angle(theta, curve * filled * v.w);
         (s, c)
+    }
+
+    CannabiscurveWf(v, x, y, random) {
+        let theta = x.atan2(y);
+        let leaves = (theta * 8.0).cos() * 0.9 + 1.0;
+        let veins = (theta * 24.0).cos() * 0.1 + 1.0;
+        let teeth = (theta * 200.0).cos() * 0.1 + 0.9;
+        let filled = if v.p[0] == 0.0 { x.like(1.0) } else { random.unit() };
+        let (c, s) = at_angle(theta, leaves * veins * teeth * (theta.sin() + 1.0) * filled * v.w);
+        (c, -s)
+    }
+
+    Target(v, x, y) {
+        let [even, odd, size, ..] = v.p;
+        let depth = square_of_radius(x, y).ln() * 0.5;
+        let zero = x.like(0.0);
+        let depth = N::select(depth.less(zero), depth - size / 2.0, depth).abs();
+        let is_even = remainder(depth, size).less(x.like(size / 2.0));
+        let angle = y.atan2(x) + N::select(is_even, x.like(even), x.like(odd));
+        at_angle(angle, radius(x, y))
+    }
+
+    Kaleidoscope(v, x, y) {
+        let [cos, sin, across, above, below, ..] = v.p;
+        let shift = N::select(x.like(0.0).less(y), x.like(above), x.like(below));
+        (x * cos - y * sin + across, y * cos + x * sin + shift)
+    }
+
+    TileHlp(v, x, y, random) {
+        let width = v.p[0];
+        let cells = x / width;
+        let part = cells - cells.trunc();
+        let is_moved = (part * PI).cos().less(random.unit() * 2.0 - 1.0);
+        let zero = x.like(0.0);
+        let step = N::select(zero.less(cells), x.like(-width), x.like(width));
+        ((x + N::select(is_moved, step, zero)) * v.w, y * v.w)
     }
 
     EpispiralWf(v, x, y) {

@@ -26,6 +26,8 @@ mod documented;
 mod expected;
 #[cfg(test)]
 mod expected_chance;
+#[cfg(test)]
+mod expected_later;
 mod figures;
 mod formulas;
 mod later;
@@ -260,6 +262,11 @@ kinds! {
     space::Bubble2 "bubble2" [x 1.0, y 1.0, z 0.0];
     space::RotateY "rotate_y" [];
     space::Waves2In3D "waves2_3D" [freq 2.0, scale 1.0];
+    space::Affine3D "affine3D" [
+        translateX 0.0, translateY 0.0, translateZ 0.0, scaleX 1.0, scaleY 1.0, scaleZ 1.0, rotateX 0.0, rotateY 0.0,
+        rotateZ 0.0, shearXY 0.0, shearXZ 0.0, shearYX 0.0, shearYZ 0.0, shearZX 0.0, shearZY 0.0
+    ];
+    space::Butterfly3D "butterfly3D" [];
     space::AxisSymmetryWf "axis_symmetry_wf" [
         axis 0.0, centre_x 0.0, centre_y 0.0, centre_z 0.0, rotation 0.0, x1colorshift 0.0, y1colorshift 0.0,
         z1colorshift 0.0, x2colorshift 0.0, y2colorshift 0.0, z2colorshift 0.0
@@ -284,6 +291,10 @@ kinds! {
         a 3.0, b 2.0, d 0.0, tmin -1.0, tmax 1.0, ymin -1.0, ymax 1.0, c1 0.0, c2 0.0
     ];
     blurs::Crop "crop" [left -1.0, top -1.0, right 1.0, bottom 1.0, scatter_area 0.0, zero 0.0];
+    blurs::Smartcrop "smartcrop" [
+        power 4.0, radius 1.0, roundstr 0.0, roundwidth 1.0, distortion 1.0, edge 0.0, scatter 0.0, offset 0.0, rotation 0.0,
+        cropmode 1.0, static 1.0
+    ];
     blurs::Circlecrop "circlecrop" [radius 1.0, x 0.0, y 0.0, scatter_area 0.0, zero 1.0];
     figures::Waves2b "waves2b" [
         freqx 2.0, freqy 2.0, pwx 1.0, pwy 1.0, scalex 1.0, scaleinfx 1.0, scaley 1.0, scaleinfy 1.0, unity 1.0, jacok 0.25
@@ -294,6 +305,9 @@ kinds! {
     figures::Waves3Wf "waves3_wf" [
         scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
     ];
+    figures::Waves4Wf "waves4_wf" [
+        scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
+    ];
     figures::Bwraps "bwraps" [cellsize 1.0, space 0.0, gain 1.0, inner_twist 0.0, outer_twist 0.0];
     figures::Boarders2 "boarders2" [c 0.5, left 0.5, right 0.5];
     figures::TileLog "tile_log" [spread 1.0];
@@ -302,6 +316,10 @@ kinds! {
     figures::YinYang "yin_yang" [radius 0.5, ang1 0.0, ang2 0.0, dual_t 1.0, outside 0.0];
     figures::Glynnia "glynnia" [];
     figures::CloverleafWf "cloverleaf_wf" [filled 0.85];
+    figures::CannabiscurveWf "cannabiscurve_wf" [filled 1.0];
+    figures::Target "target" [even 0.0, odd 0.0, size 1.0];
+    figures::Kaleidoscope "kaleidoscope" [pull 0.0, rotate 1.0, line_up 1.0, x 0.0, y 0.0];
+    figures::TileHlp "tile_hlp" [width 1.0];
     figures::EpispiralWf "epispiral_wf" [waves 4.0];
     figures::Epispiral "epispiral" [n 6.0, thickness 0.0, holes 1.0];
     figures::Fdisc "fdisc" [];

@@ -80,6 +80,14 @@ impl Kind {
             Kind::Julia3D | Kind::Julia3Dz | Kind::Julian3Dx | Kind::Juliaq | Kind::EJulia => {
                 &[("power", Limit::Whole)]
             }
+            Kind::Smartcrop => &[
+                ("power", Limit::Beyond(2.0)),
+                ("cropmode", Limit::Only(&[-1.0, 0.0, 1.0])),
+                ("static", Limit::Only(&[2.0])),
+            ],
+            Kind::CannabiscurveWf => &[("filled", Limit::Only(&[0.0, 1.0]))],
+            Kind::Target => &[("size", Limit::Beyond(1e-4))],
+            Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
             Kind::Juliac => &[("re", Limit::Whole)],
             Kind::BTransform => &[("power", Limit::Whole), ("split", ZERO)],
             Kind::Hypertile1 | Kind::Hypertile2 => &[("p", Limit::Whole)],
@@ -98,7 +106,10 @@ impl Kind {
     pub fn program(self) -> &'static str {
         match self {
             _ if Kind::FLAM3.contains(&self) => "flam3",
-            Kind::AxisSymmetryWf
+            Kind::Affine3D
+            | Kind::AxisSymmetryWf
+            | Kind::Butterfly3D
+            | Kind::CannabiscurveWf
             | Kind::CloverleafWf
             | Kind::EllipticMirrored
             | Kind::EpispiralWf
@@ -112,6 +123,7 @@ impl Kind {
             | Kind::Waves2Wf
             | Kind::Waves2b
             | Kind::Waves3Wf
+            | Kind::Waves4Wf
             | Kind::YinYang
             | Kind::Boarders2
             | Kind::Acosech => "JWildfire",

@@ -60,7 +60,7 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let half = q[4] / 2.0;
             values([left, right, top, bottom, (right - left) * half, (bottom - top) * half, q[5]])
         }
-        Kind::Waves2Wf | Kind::Waves3Wf => {
+        Kind::Waves2Wf | Kind::Waves3Wf | Kind::Waves4Wf => {
             let (x, y) = (libm::exp(q[6]), libm::exp(q[7]));
             values([x, x * x * q[0], q[2], q[4], y, y * y * q[1], q[3], q[5]])
         }
@@ -80,8 +80,45 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let (sin, cos) = libm::sincos(FRAC_PI_4 + q[0] * FRAC_PI_8);
             values([6.0 + 2.0 * q[1], sin, cos])
         }
+        _ => of_crops_and_maps(kind, q),
+    }
+}
+
+/// The same of those with many parameters.
+#[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
+fn of_crops_and_maps(kind: Kind, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    match kind {
+        Kind::Affine3D => values(matrix(q)),
+        Kind::Kaleidoscope => {
+            // Its author's 45 are radians.
+            let (sin, cos) = libm::sincos(45.0);
+            values([q[1] * cos, sin, q[2] + q[3], q[0] + q[2] + q[4], -q[0] - q[2]])
+        }
+        Kind::Smartcrop => {
+            let count = q[0].abs();
+            let corner = TAU / count;
+            let roundness = q[2] * 2.0 / (count * libm::sin(corner / 2.0));
+            let keeps_inside = f64::from((q[0] > 0.0) == (q[1] > 0.0));
+            let [size, turn] = [q[1].abs(), q[8] * corner];
+            values([corner, roundness, q[3], q[4], size, q[5], q[6], q[7], turn, q[9], keeps_inside])
+        }
         _ => q,
     }
+}
+
+/// Three rows of four of an affine map: of scales, shears, turns about x, y and z in degrees, and a translation.
+fn matrix(q: [f64; MAX_PARAMETERS]) -> [f64; 12] {
+    let [tx, ty, tz, sx, sy, sz, rx, ry, rz, xy, xz, yx, yz, zx, zy, _] = q;
+    let mut rows = [[sx, xy * sy, xz * sz], [yx * sx, sy, yz * sz], [zx * sx, zy * sy, sz]];
+    // Each turns the first of two coordinates towards the second one.
+    for (degrees, first, second) in [(rx, 1, 2), (ry, 2, 0), (rz, 0, 1)] {
+        let (sin, cos) = libm::sincos(degrees.to_radians());
+        let (a, b) = (rows[first], rows[second]);
+        rows[first] = std::array::from_fn(|i| cos * a[i] - sin * b[i]);
+        rows[second] = std::array::from_fn(|i| sin * a[i] + cos * b[i]);
+    }
+    let [[a, b, c], [d, e, f], [g, h, i]] = rows;
+    [a, b, c, tx, d, e, f, ty, g, h, i, tz]
 }
 
 fn square(vector: [f64; 3]) -> f64 {

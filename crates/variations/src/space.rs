@@ -13,6 +13,9 @@ use super::formulas::{TINY, at_angle, over, radius, solids, square_of_radius};
 use super::roots::{NEAREST, root};
 use crate::number::Number;
 
+/// 4/√(3π): a butterfly of it has the area of the unit disc.
+const BUTTERFLY: f64 = 1.302_940_031_741_12;
+
 solids! {
     Spherical3D Reads(v, x, y, z) {
         let k = over(v.w, square_in_space(x, y, z) + TINY);
@@ -111,6 +114,17 @@ solids! {
         let [frequency, scale, ..] = v.p;
         let waved = |value: N, along: N| (value + (along * frequency).sin() * scale) * v.w;
         [waved(x, y), waved(y, x), waved(z, (x + y) * 0.5)]
+    }
+
+    Affine3D Reads(v, x, y, z) {
+        let row = |at: usize| (x * v.p[at] + y * v.p[at + 1] + z * v.p[at + 2] + v.p[at + 3]) * v.w;
+        [row(0), row(4), row(8)]
+    }
+
+    Butterfly3D Makes(v, x, y, _z) {
+        let square = (x * x + y * y * 4.0).max(x.like(NEAREST));
+        let k = ((x * y).abs() / square).sqrt() * (BUTTERFLY * v.w);
+        [k * x, k * y * 2.0, k * y.abs() * radius(x, y) * 0.5]
     }
 
     AxisSymmetryWf Reads(v, x, y, z, random) {
