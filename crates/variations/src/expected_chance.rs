@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use fearless_simd::{Fallback, Simd, SimdBase, f32x16};
+use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 
 use super::Kind::{self, *};
 use super::expected::{At, CASES, compiled, points};
@@ -335,9 +335,8 @@ impl<S: Simd> Visitor for AtLanes<'_, S> {
 
 /// The images of sixteen points.
 fn sixteen(kind: Kind, compiled: &Compiled, points: [[f32; LANES]; 3], seed: u64) -> [[f32; LANES]; 3] {
-    // Without instructions of its own: the claims on pictures say that all processors give the same bits, and each
-    // instruction set takes a minute to compile.
-    kind.visit(AtLanes(Fallback::new(), compiled, points, seed))
+    // In one place: the compiler makes all formulas anew for each.
+    dispatch!(Level::new(), simd => kind.visit(AtLanes(simd, compiled, points, seed)))
 }
 
 #[test]

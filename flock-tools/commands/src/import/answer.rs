@@ -182,11 +182,6 @@ impl Answer {
         self.notes.extend(notes);
     }
 
-    /// Whether nothing was imported, nor is in the flock already.
-    pub(super) fn is_empty(&self) -> bool {
-        self.clips.is_empty() && self.genomes.is_empty() && self.transitions.is_empty()
-    }
-
     /// What is known of everything that was imported: a genome tells more than the name of a clip, and comes first.
     pub(super) fn notes(&self) -> Vec<(Subject, Said)> {
         self.notes.iter().cloned().chain(self.clips.iter().filter_map(ClipAnswer::note)).collect()

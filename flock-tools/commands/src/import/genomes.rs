@@ -15,9 +15,8 @@ use flock::Draft;
 use flock::{Clip, ClipPath, Sheep, SheepId, Transition};
 use operations::credits::{Said, Subject};
 use operations::flock_folder::paths;
-use operations::program::{Exit, Fatal, print};
+use operations::program::{Exit, Fatal, print, reasons};
 use operations::species;
-use operations::species::reasons;
 use timing::FrameCount;
 
 use super::SkippedFile;

@@ -35,9 +35,8 @@ use flock::{MAX_FRAMES, Manifest, SheepId};
 use operations::credits::{self, CreditsFile};
 use operations::decoder::Decoder;
 use operations::flock_folder::paths::FOLDERS;
-use operations::program::{Exit, Fatal, print, progress};
+use operations::program::{Exit, Fatal, print, progress, reasons};
 use operations::render::machine;
-use operations::species::reasons;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
 use video::{Encoder, Form, Quality, Tuning};
@@ -85,7 +84,7 @@ const BYTES_PER_PIXEL: u64 = 300;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  all is in the flock
-  1  something was left out, and is named; nothing could be imported; or it was interrupted, or another import into this flock is running
+  1  something was left out, and is named; or it was interrupted, or another import into this flock is running
   2  the command line or the manifest is wrong
   3  a file could not be read or written; the clips that were imported before are in the flock")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
@@ -188,7 +187,7 @@ pub fn run(args: &Args, decoder: &dyn Decoder) -> Result<Exit, Fatal> {
     // The answer is printed even if the import failed.
     answer.print(sources.others, args.json)?;
     result?;
-    Ok(if answer.left_out.is_empty() && !answer.is_empty() && !answer.interrupted { Exit::Fine } else { Exit::No })
+    Ok(if answer.left_out.is_empty() && !answer.interrupted { Exit::Fine } else { Exit::No })
 }
 
 /// The plans of all clips, made on all cores; those that are skipped or there already go to the answer.

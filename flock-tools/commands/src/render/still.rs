@@ -15,10 +15,10 @@ use clap::ValueEnum;
 use flame::Backend;
 use flame::genome::Reasons;
 use flock::ClipHash;
-use operations::program::{Exit, Fatal, now::Stopwatch, print};
+use operations::program::{Exit, Fatal, now::Stopwatch, print, reasons};
 use operations::render::machine;
 use operations::render::plan::SEED;
-use operations::species::{self, Refused, reasons};
+use operations::species::{self, Refused};
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::still_flame;

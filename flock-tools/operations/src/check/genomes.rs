@@ -13,6 +13,7 @@ use flock::{ClipPath, Fault, FaultKind, Manifest, Sheep, SheepId};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
+use crate::program::reasons::serialize;
 use crate::species::{self, reasons};
 
 /// A genome of which something is not drawn.
@@ -23,10 +24,10 @@ pub struct UndrawnGenome {
     /// Its file.
     pub genome: ClipPath,
     /// For this it is refused.
-    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
     pub refused: Reasons,
     /// It is drawn without this.
-    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
     pub without: Reasons,
 }
 

@@ -14,7 +14,7 @@ use diagnostics::{Exit, chain};
 use flame::genome::Reasons;
 
 use super::print;
-use crate::species::reasons::{self, reasons_of};
+use super::reasons::{self, reasons_of};
 
 /// The error that ends a command.
 #[derive(Debug)]

@@ -9,6 +9,7 @@ mod fatal;
 pub mod now;
 pub mod print;
 pub mod progress;
+pub mod reasons;
 
 pub use diagnostics::{Exit, chain};
 pub use fatal::{Fatal, end, misuse};

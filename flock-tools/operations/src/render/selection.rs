@@ -18,8 +18,9 @@ use timing::FrameCount;
 use super::clip_job::{hash_of, recorded};
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
 use crate::flock_folder::ids;
+use crate::program::reasons::{reasons_of, serialize};
 use crate::program::{Exit, Fatal};
-use crate::species::{self, reasons};
+use crate::species;
 
 /// The clips to render, and the missing ones that cannot be rendered.
 pub struct Selection {
@@ -41,7 +42,7 @@ pub struct SkippedClip {
     /// Why, for people.
     pub reason: String,
     /// What a genome of it asks for that is not drawn.
-    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "reasons::serialize")]
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
     pub reasons: Reasons,
 }
 
@@ -266,7 +267,7 @@ impl<'a> Genomes<'a> {
         match turning.demand(self.look) {
             Ok(_) => drop(self.read.insert(id, turning)),
             Err(source) => {
-                let Some(reasons) = reasons::reasons_of(&source).cloned() else {
+                let Some(reasons) = reasons_of(&source).cloned() else {
                     return Err(refused(Exit::Malformed, source.into()));
                 };
                 let reason = format!("genome `{file}` of sheep `{id}` cannot be drawn: {source}");
