@@ -125,8 +125,7 @@ pub struct Args {
     /// What becomes of a file with the key frames of one animation; without it such a file is left out
     #[arg(long, value_enum, value_name = "WHICH")]
     key_frames: Option<KeyFrames>,
-    /// Leave variations that are unknown out of genomes, as flam3 does, and mark these genomes; without it they are left out
-    /// whole
+    /// Leave unknown variations out of genomes, as flam3 does, and mark these genomes; without it such genomes are left out
     #[arg(long)]
     as_far_as_possible: bool,
     /// Replace clips and genomes that the flock has, and other files that are in their places
