@@ -63,11 +63,12 @@ formulas! {
         let r = radius(off_x, off_y);
         let border = if is_zero == 0.0 { (random.unit() * (scatter / 2.0) + size) / r } else { r.like(0.0) };
         let is_outside = r.like(size).less(r);
-        let point = |off: N, centre: f64, whole: N| {
-            let outside = if is_zero == 0.0 { off * border + centre } else { off.like(0.0) };
-            N::select(is_outside, outside, whole) * v.w
+        // The weight does not move the centre.
+        let point = |off: N, centre: f64| {
+            let outside = if is_zero == 0.0 { off * border * v.w + centre } else { off.like(0.0) };
+            N::select(is_outside, outside, off * v.w + centre)
         };
-        (point(off_x, centre_x, x), point(off_y, centre_y, y))
+        (point(off_x, centre_x), point(off_y, centre_y))
     }
 }
 

@@ -93,7 +93,7 @@ pub(super) fn points() -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// Parameters with which formulas are tried.
-pub(super) const CASES: [(Kind, &[&[f64]]); 44] = [
+pub(super) const CASES: [(Kind, &[&[f64]]); 46] = [
     (Spherical3D, &[&[]]),
     (Spherical3DWf, &[&[0.0, 1.3], &[1.0, 2.0]]),
     (Hemisphere, &[&[]]),
@@ -105,7 +105,9 @@ pub(super) const CASES: [(Kind, &[&[f64]]); 44] = [
     (LinearT3D, &[&[0.6, 1.4, -0.3]]),
     (Poincare3D, &[&[0.6, 0.4, -0.7]]),
     (Bubble2, &[&[0.7, 1.3, -0.9]]),
+    (RotateX, &[&[]]),
     (RotateY, &[&[]]),
+    (RotateZ, &[&[]]),
     (Waves2In3D, &[&[1.7, 0.6]]),
     (
         AxisSymmetryWf,

@@ -152,6 +152,9 @@ fn crops_keep_the_inside_and_move_the_outside_to_its_border() {
         }
         let whole = if r > 0.8 { [0.0; 3] } else { [1.5 * x, 1.5 * y, 0.0] };
         assert_eq!(drawn(Circlecrop, 1.5, RANDOM[8].1[1], point, 1), [whole]);
+        let middle = drawn(Circlecrop, 1.5, &[0.8, 0.0, 0.0, 0.0, 0.0], point, 1)[0];
+        let beside = drawn(Circlecrop, 1.5, &[0.8, 0.3, -0.2, 0.0, 0.0], [x + 0.3, y - 0.2, 0.0], 1)[0];
+        assert!((beside[0] - 0.3 - middle[0]).abs() < 1e-9 && (beside[1] + 0.2 - middle[1]).abs() < 1e-9);
     }
     // As much at each depth.
     let deep = drawn(Crop, 1.0, RANDOM[7].1[0], [-3.0, 5.0, 0.0], 10_000);

@@ -55,6 +55,8 @@ pub(super) fn images(kind: Kind, q: &[f64], w: f64, point: [f64; 3]) -> Vec<[f64
             let halves = if y > 0.0 { q[0] + q[2] + q[4] } else { -q[0] - q[2] };
             [(q[1] * x * cos - y * sin + q[2] + q[3]) / w, (q[1] * y * cos + x * sin + halves) / w, 0.0]
         }
+        RotateX => turned(point, 0, -90.0 * w).map(|part| part / w),
+        RotateZ => turned(point, 2, -90.0 * w).map(|part| part / w),
         Smartcrop => cropped(q, point),
         _ => panic!("{kind:?} has no expected image"),
     };

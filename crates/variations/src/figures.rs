@@ -147,7 +147,8 @@ formulas! {
         let leaves = (theta * 8.0).cos() * 0.9 + 1.0;
         let veins = (theta * 24.0).cos() * 0.1 + 1.0;
         let teeth = (theta * 200.0).cos() * 0.1 + 0.9;
-        let filled = if v.p[0] == 0.0 { x.like(1.0) } else { random.unit() };
+        let (unit, chance) = (random.unit(), random.unit());
+        let filled = N::select(chance.less(chance.like(v.p[0])), unit, unit.like(1.0));
         let (c, s) = at_angle(theta, leaves * veins * teeth * (theta.sin() + 1.0) * filled * v.w);
         (c, -s)
     }

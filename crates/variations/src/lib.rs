@@ -261,6 +261,8 @@ kinds! {
     space::Poincare3D "poincare3D" [r 0.0, a 0.0, b 0.0];
     space::Bubble2 "bubble2" [x 1.0, y 1.0, z 0.0];
     space::RotateY "rotate_y" [];
+    space::RotateX "rotate_x" [];
+    space::RotateZ "rotate_z" [];
     space::Waves2In3D "waves2_3D" [freq 2.0, scale 1.0];
     space::Affine3D "affine3D" [
         translateX 0.0, translateY 0.0, translateZ 0.0, scaleX 1.0, scaleY 1.0, scaleZ 1.0, rotateX 0.0, rotateY 0.0,
@@ -316,7 +318,7 @@ kinds! {
     figures::YinYang "yin_yang" [radius 0.5, ang1 0.0, ang2 0.0, dual_t 1.0, outside 0.0];
     figures::Glynnia "glynnia" [];
     figures::CloverleafWf "cloverleaf_wf" [filled 0.85];
-    figures::CannabiscurveWf "cannabiscurve_wf" [filled 1.0];
+    figures::CannabiscurveWf "cannabiscurve_wf" [filled 0.85];
     figures::Target "target" [even 0.0, odd 0.0, size 1.0];
     figures::Kaleidoscope "kaleidoscope" [pull 0.0, rotate 1.0, line_up 1.0, x 0.0, y 0.0];
     figures::TileHlp "tile_hlp" [width 1.0];

@@ -85,13 +85,11 @@ impl Kind {
                 ("cropmode", Limit::Only(&[-1.0, 0.0, 1.0])),
                 ("static", Limit::Only(&[2.0])),
             ],
-            Kind::CannabiscurveWf => &[("filled", Limit::Only(&[0.0, 1.0]))],
             Kind::Target => &[("size", Limit::Beyond(1e-4))],
             Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
             Kind::Juliac => &[("re", Limit::Whole)],
             Kind::BTransform => &[("power", Limit::Whole), ("split", ZERO)],
             Kind::Hypertile1 | Kind::Hypertile2 => &[("p", Limit::Whole)],
-            Kind::Circlecrop => &[("x", ZERO), ("y", ZERO)],
             Kind::Waves2b => &[("pwx", Limit::Beyond(1e-4)), ("pwy", Limit::Beyond(1e-4))],
             Kind::Bwraps => &[("cellsize", Limit::NotNegative)],
             Kind::Boarders2 => {

@@ -25,7 +25,7 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let centre = [-q[0] * cos_a * cos_b, q[0] * sin_a * cos_b, -q[0] * sin_b];
             values([centre[0], centre[1], centre[2], square(centre)])
         }
-        Kind::RotateY => {
+        Kind::RotateX | Kind::RotateY | Kind::RotateZ => {
             let (sin, cos) = libm::sincos(weight * FRAC_PI_2);
             values([sin, cos])
         }

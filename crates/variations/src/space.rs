@@ -105,6 +105,16 @@ solids! {
         [x * v.p[0] * t, y * v.p[1] * t, (z + lift) * v.w + z * v.p[2] * t]
     }
 
+    RotateX Reads(v, x, y, z) {
+        let [sin, cos, ..] = v.p;
+        [x, y * cos + z * sin, z * cos - y * sin]
+    }
+
+    RotateZ Makes(v, x, y, z) {
+        let [sin, cos, ..] = v.p;
+        [x * cos + y * sin, y * cos - x * sin, z]
+    }
+
     RotateY Reads(v, x, y, z) {
         let [sin, cos, ..] = v.p;
         [x * cos - z * sin, y, x * sin + z * cos]

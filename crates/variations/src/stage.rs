@@ -46,7 +46,8 @@ impl Stage {
 }
 
 /// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part without it.
-const WEIGHTLESS: [Kind; 4] = [Kind::AxisSymmetryWf, Kind::Kaleidoscope, Kind::RotateY, Kind::Target];
+const WEIGHTLESS: [Kind; 6] =
+    [Kind::AxisSymmetryWf, Kind::Kaleidoscope, Kind::RotateX, Kind::RotateY, Kind::RotateZ, Kind::Target];
 
 impl Slot {
     /// Whether a variation here comes from nothing by its presence; else by its weight.

@@ -115,8 +115,10 @@ const XFORM: &[(&str, Neutral, Why)] = &[
     ("zxPost", Identity, Why::Affine),
 ];
 
-/// Attributes of a transform that change no picture, as [`NEUTRAL_OF_FLAME`]. A material is for solid rendering.
-const NEUTRAL_OF_XFORM: &[&str] = &["material", "material_speed", "mirror_pre_post_translations", "name", "wfield_*"];
+/// Attributes of a transform that change no picture, as [`NEUTRAL_OF_FLAME`]. A material is for solid rendering;
+/// Fractorium writes down half the scale of an auger, too.
+const NEUTRAL_OF_XFORM: &[&str] =
+    &["auger_half_scale", "material", "material_speed", "mirror_pre_post_translations", "name", "wfield_*"];
 
 /// What a curve over time consists of, after its name.
 const PARTS_OF_CURVE: [&str; 11] = [
