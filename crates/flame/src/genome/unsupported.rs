@@ -368,7 +368,7 @@ mod tests {
     #[test]
     fn every_reason_is_named_with_its_place_and_parameters_are_of_their_variation() {
         let found = genome(
-            "contrast=\"2\" nick=\"ann\" wobble=\"7\"",
+            "post_symmetry_type=\"X_AXIS\" nick=\"ann\" wobble=\"7\"",
             &[
                 "waltz=\"0.5\" waltz_beat=\"3\" waltz_fx_priority=\"0\" Polka=\"1\"",
                 "reel=\"0\" reel_steps=\"4\" reel_wf=\"1\" reel_wf_n=\"2\" mode=\"fast\" waltz=\"1\"",
@@ -381,14 +381,15 @@ mod tests {
             ("transform 1", "reel_wf", "variation"),
             ("transform 1", "mode", "attribute"),
             ("transform 1", "waltz", "variation"),
-            ("the flame", "contrast", "tone"),
+            ("the flame", "post_symmetry_type", "effect"),
         ];
         assert_eq!(names(&found.refused), expected);
         assert_eq!(names(&found.without), [("the flame", "wobble", "attribute")]);
         assert_eq!(
             found.refused.to_string(),
             "the variation `waltz` (transform 0 and 1 more), the variation `Polka` (`1`, transform 0), the variation \
-             `reel_wf` (`1`, transform 1), the attribute `mode` (`fast`, transform 1), the tone's `contrast` (`2`, the flame)"
+             `reel_wf` (`1`, transform 1), the attribute `mode` (`fast`, transform 1), the effect \
+             `post_symmetry_type` (`X_AXIS`, the flame)"
         );
         assert_eq!(genome("", &["name=\"arm\""]).unsupported(), Unsupported::default());
     }
