@@ -1,8 +1,7 @@
 //! What a formula is, and what it precomputes per transform.
 //!
-//! Owns the traits between the formulas and whoever iterates, and the values that do not depend on the point. The
-//! mathematics is in `plain.rs`, `chance.rs`, `complex.rs` and `later.rs`. Never chooses a transform or sums weights
-//! over an orbit: `render` does.
+//! Owns the traits between the formulas and the renderer, and the values that do not depend on the point. The mathematics
+//! is in the other files. Never chooses a transform or sums weights over an orbit: `flame` does.
 //!
 //! Start at [`Formula`].
 

@@ -46,7 +46,7 @@ struct Source {
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("wanted a folder of genomes: make bench what=genomes GENOMES=FOLDER")?;
-    let (answer, is_kept) = judged(&counted(Path::new(&folder))?);
+    let (answer, is_kept) = verdict(&counted(Path::new(&folder))?);
     println!("{answer:#}");
     Ok(if is_kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -179,7 +179,7 @@ fn psnr(a: &Image, b: &Image) -> f64 {
 }
 
 /// All figures with their bounds, and whether these are kept.
-fn judged(sources: &BTreeMap<&'static str, Source>) -> (Value, bool) {
+fn verdict(sources: &BTreeMap<&'static str, Source>) -> (Value, bool) {
     let mut is_kept = true;
     let mut rows = Vec::new();
     for (name, source) in sources {

@@ -1,7 +1,7 @@
 //! What the artist chooses about clips that come in: colours, pace, what is replaced; and what an import costs.
 //!
 //! Owns the claims on `--matrix`, `--fps`, `--force`, `--threads` and `--dry-run` of `dreams import`, on clips that their
-//! files turn, on the plan that it tells before the first clip is encoded, and on what a power cut or a kill leaves.
+//! files turn, on the plan that it prints before it encodes the first clip, and on what a power cut or a kill leaves.
 //! ffmpeg makes the clips and measures the colours.
 
 use crate::syscall_faults::{at_every_step, traced};

@@ -78,7 +78,7 @@ fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
     }
 }
 
-/// What is told of the colours of `node` if they are not 256: those that are drawn are blended from them.
+/// The note on the colours of `node` if they are not 256: the 256 that are drawn are blended from them.
 pub(super) fn note(node: Node) -> Option<String> {
     let is_palette = matches!(node.tag_name().name(), "palette" | "colors") && has_colours(node);
     let count = is_palette.then(|| count(node)).flatten().filter(|count| *count != Palette::LEN)?;

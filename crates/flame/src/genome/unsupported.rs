@@ -20,7 +20,7 @@ pub const MARK: &str = "drawn_without";
 const FLAME: &str = "the flame";
 
 /// So many different reasons are in a message; the others are counted.
-const TOLD: usize = 100;
+const MOST_NAMES: usize = 100;
 
 /// Elements in `<flame>` that change no picture.
 const NEUTRAL_ELEMENTS: [&str; 2] = ["edit", "sheep"];
@@ -146,7 +146,7 @@ impl Display for Reasons {
                 None => groups.push((reason, vec![&reason.place])),
             }
         }
-        for (at, (Reason { name, value, why, .. }, places)) in groups.iter().take(TOLD).enumerate() {
+        for (at, (Reason { name, value, why, .. }, places)) in groups.iter().take(MOST_NAMES).enumerate() {
             let before = if at > 0 { ", " } else { "" };
             let place = places[0];
             write!(f, "{before}{} `{}` (", why.noun(), shown(name))?;
@@ -155,7 +155,7 @@ impl Display for Reasons {
                 others => write!(f, "{place} and {others} more)")?,
             }
         }
-        match groups.len().saturating_sub(TOLD) {
+        match groups.len().saturating_sub(MOST_NAMES) {
             0 => Ok(()),
             more => write!(f, ", and {more} more"),
         }

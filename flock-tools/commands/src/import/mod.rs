@@ -3,7 +3,7 @@
 //! Owns the command: its options and how it ends. `sources.rs` finds the files, `plan.rs` plans what is done with each clip,
 //! `summary.rs` tells the plan and `estimate.rs` its cost, `pool.rs` has the clips made by `importer.rs` on all cores and
 //! added by `commit.rs`, `genomes.rs` imports the genomes that `genome_file.rs` reads, `names.rs` names and
-//! `key_frames.rs` knows for animations; `answer.rs` prints, and tells the credits what is known of each.
+//! `key_frames.rs` recognises as animations; `answer.rs` prints, and gives the credits the origin of each.
 //!
 //! Start at [`run`].
 
