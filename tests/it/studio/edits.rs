@@ -22,6 +22,12 @@ fn command(folder: &Path, edit: &Edit) {
     assert!(is_made, "{:?}: {}", edit.words, String::from_utf8_lossy(&said.stderr));
 }
 
+/// Kills `studio`, and starts one of the flock in `folder` on a port that is free: the old one may be taken meanwhile.
+fn killed_and_restarted(studio: Studio, folder: &Path) -> Studio {
+    drop(studio);
+    Studio::of(folder)
+}
+
 fn manifest(folder: &Path) -> String {
     fs::read_to_string(folder.join("flock.toml")).unwrap()
 }
@@ -91,7 +97,7 @@ fn every_edit_is_undone_step_by_step_and_made_again_also_after_the_program_was_k
             texts.push(manifest(flock.path()));
         }
         if at % 70 == 0 {
-            studio.kill_and_restart();
+            studio = killed_and_restarted(studio, flock.path());
         }
     }
     for (left, before) in texts.iter().enumerate().rev().skip(1) {
@@ -100,7 +106,7 @@ fn every_edit_is_undone_step_by_step_and_made_again_also_after_the_program_was_k
         assert_eq!(&manifest(flock.path()), before, "{left} steps are left");
     }
     assert_eq!(studio.get("/api/state")["undo"], Value::Null);
-    studio.kill_and_restart();
+    let studio = killed_and_restarted(studio, flock.path());
     for after in &texts[1..] {
         studio.post("/api/redo", &json!({}));
         assert_eq!(&manifest(flock.path()), after);
