@@ -9,6 +9,7 @@
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
 use super::MAX_PARAMETERS;
+use super::chance::bell;
 use super::formulas::{at_angle, formulas, radius, solids};
 use crate::number::{Number, Random};
 
@@ -36,6 +37,19 @@ formulas! {
         let [length, centre_x, centre_y, ..] = v.p;
         let k = random.unit() * length + 1.0;
         (((x - centre_x) * k + centre_x) * v.w, ((y + centre_y) * k - centre_y) * v.w)
+    }
+
+    Gaussian(v, x, y, random) {
+        let angle = random.unit() * TAU;
+        let (moved_x, moved_y) = at_angle(angle, bell(random) * v.w);
+        (x + moved_x, y + moved_y)
+    }
+
+    Rblur(v, x, y, random) {
+        let [strength, offset, centre_x, centre_y, ..] = v.p;
+        let far = (radius(x - centre_x, y - centre_y) - offset).max(x.like(0.0)) * strength;
+        let mut moved = |value: N| (value + (random.unit() - 0.5) * far) * v.w;
+        (moved(x), moved(y))
     }
 
     Spirograph(v, _, _, random) {

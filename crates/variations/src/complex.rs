@@ -10,7 +10,7 @@
 
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
-use super::formulas::{at_angle, formulas, over, square_of_radius};
+use super::formulas::{at_angle, formulas, over, radius, square_of_radius};
 use crate::number::Number;
 
 /// Beyond this, hyperbolic functions differ from their limits by less than numbers do.
@@ -60,7 +60,13 @@ formulas! {
     }
 
     Log(v, x, y) {
-        (square_of_radius(x, y).ln() * (0.5 * v.w), y.atan2(x) * v.w)
+        (square_of_radius(x, y).ln() * (0.5 * v.w * v.p[0]), y.atan2(x) * v.w)
+    }
+
+    Acoth(v, x, y) {
+        let ratio = square_of_radius(x + 1.0, y) / square_of_radius(x - 1.0, y);
+        let turn = (y * -2.0).atan2(square_of_radius(x, y) - 1.0);
+        (turn * (v.w * FRAC_1_PI), ratio.ln() * (v.w * FRAC_1_PI / 2.0))
     }
 
     Sin(v, x, y) {
@@ -131,6 +137,28 @@ formulas! {
         (k * sinh * cosh, k * s * c)
     }
 
+    Sec2Bs(v, x, y) {
+        let [x1, x2, y1, y2, ..] = v.p;
+        let ((c, sinh), y) = ((x.cos(), near(y).sinh_cosh().0), near(y));
+        let k = over(v.w, square_of_radius(c, sinh));
+        (k * (x * x2).cos() * (y * y2).sinh_cosh().1, k * (x * x1).sin() * (y * y1).sinh_cosh().0)
+    }
+
+    Joukowski(v, x, y) {
+        let [square, shift, is_inverse, ..] = v.p;
+        if is_inverse == 0.0 {
+            let (x, y) = (x - shift, y + 0.2);
+            let k = over(square, square_of_radius(x, y));
+            ((x + k * x) * v.w, (y - k * y) * v.w)
+        } else {
+            let (half_x, half_y) = (x * 0.5, y * 0.5);
+            let (re, im) = square_root((half_x - half_y) * (half_x + half_y) - square, half_x * half_y * 2.0);
+            let (x, y) = (half_x + shift, half_y - 0.2);
+            let is_first = square_of_radius(x - re, y - im).less(square_of_radius(x + re, y + im));
+            (N::select(is_first, x + re, x - re) * v.w, N::select(is_first, y + im, y - im) * v.w)
+        }
+    }
+
     Mobius(v, x, y) {
         let [re_a, im_a, re_b, im_b, re_c, im_c, re_d, im_d, ..] = v.p;
         let (re_over, im_over) = (x * re_a - y * im_a + re_b, x * im_a + y * re_a + im_b);
@@ -169,4 +197,12 @@ impl<N: Number> Ellipse<N> {
 #[inline(always)]
 pub(super) fn near<N: Number>(value: N) -> N {
     value.max(value.like(-FAR)).min(value.like(FAR))
+}
+
+/// The square root of re + i im whose real part is not negative.
+#[inline(always)]
+pub(super) fn square_root<N: Number>(re: N, im: N) -> (N, N) {
+    let size = radius(re, im);
+    let half = |value: N| (value * 0.5).max(value.like(0.0)).sqrt();
+    (half(size + re), half(size - re).copysign(im))
 }

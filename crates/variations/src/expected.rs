@@ -56,13 +56,13 @@ impl C {
     pub(super) fn angle(self) -> f64 {
         self.1.atan2(self.0)
     }
-    fn ln(self) -> C {
+    pub(super) fn ln(self) -> C {
         C(self.size().ln(), self.angle())
     }
     fn exp(self) -> C {
         C::polar(self.0.exp(), self.1)
     }
-    fn sqrt(self) -> C {
+    pub(super) fn sqrt(self) -> C {
         C::polar(self.size().sqrt(), self.angle() / 2.0)
     }
     fn flat(self) -> [f64; 3] {
@@ -93,7 +93,7 @@ pub(super) fn points() -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// Parameters with which formulas are tried.
-pub(super) const CASES: [(Kind, &[&[f64]]); 46] = [
+pub(super) const CASES: [(Kind, &[&[f64]]); 74] = [
     (Spherical3D, &[&[]]),
     (Spherical3DWf, &[&[0.0, 1.3], &[1.0, 2.0]]),
     (Hemisphere, &[&[]]),
@@ -158,6 +158,34 @@ pub(super) const CASES: [(Kind, &[&[f64]]); 46] = [
     (Unpolar, &[&[]]),
     (Twoface, &[&[]]),
     (Xheart, &[&[0.6, -0.4]]),
+    (Log, &[&[std::f64::consts::E], &[1.8983]]),
+    (Acosh, &[&[]]),
+    (Acoth, &[&[]]),
+    (Cone, &[&[0.5, 0.7, 0.4, 1.7, 1.2, 0.9, 0.8, 1.3, 3.0]]),
+    (Idisc, &[&[]]),
+    (Cardioid, &[&[1.0], &[3.0]]),
+    (Asteria, &[&[0.0], &[0.3]]),
+    (Circlize, &[&[0.4]]),
+    (Eclipse, &[&[0.1], &[-3.0]]),
+    (Ennepers2, &[&[0.9, 0.4, 0.1]]),
+    (Joukowski, &[&[0.8, 0.3, 0.0], &[0.8, 0.3, 1.0]]),
+    (Petal, &[&[]]),
+    (Julian2, &[&[3.0, 0.8, 0.9, 0.2, -0.4, 1.1, 0.3, -0.2], &[-2.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]),
+    (HeartWf, &[&[1.2, 0.0, 1.0, 1.0], &[0.8, 3.0, 1.4, 0.7]]),
+    (Waves3, &[&[0.3, -0.4, 1.7, 2.3, 0.8, 1.9]]),
+    (Waves22, &[&[0.3, -0.4, 1.7, 2.3, 0.0, 0.0, 3.7, 2.0], &[0.3, -0.4, 1.7, 2.3, 1.0, 1.0, 7.5, 0.0]]),
+    (RoseWf, &[&[0.5, 4.0, 0.0]]),
+    (Sph3D, &[&[0.75, 1.1, 0.5]]),
+    (Tancos, &[&[]]),
+    (Tanhq, &[&[]]),
+    (Taurus, &[&[1.4, 3.0, 1.5, 0.7]]),
+    (TargetSp, &[&[0.3, 1.0, 0.9, 0.6]]),
+    (WhitneyUmbrella, &[&[]]),
+    (Sec2Bs, &[&[1.25, 0.75, 1.1, 0.5]]),
+    (Stwin, &[&[1.0, 0.4, 3.0, 2.0]]),
+    (Hypertile3D, &[&[3.0, 7.0, 1.0], &[5.0, 4.0, 3.0]]),
+    (Gnarly, &[&[0.8, 0.6], &[-0.3, 0.2], &[0.0, 1.0]]),
+    (PowBlock, &[&[4.0, 3.0, 1.0, 1.0, 1.0], &[3.0, 2.0, 1.0, 0.9, 1.2]]),
 ];
 
 /// All images of a point, each as likely as the others, before the weight.

@@ -8,13 +8,13 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 
 use super::Kind::{self, *};
-use super::expected::{At, CASES, compiled, points};
+use super::expected::{At, C, CASES, compiled, points};
 use crate::number::{LANES, Lanes, Number, Random};
 use crate::{Compiled, Formula, Visitor};
 use species::Rng;
 
 /// Parameters with which those that are not in [`CASES`] are tried.
-const RANDOM: [(Kind, &[&[f64]]); 15] = [
+const RANDOM: [(Kind, &[&[f64]]); 21] = [
     (Blur3D, &[&[]]),
     (
         Falloff2,
@@ -37,6 +37,12 @@ const RANDOM: [(Kind, &[&[f64]]); 15] = [
     (CannabiscurveWf, &[&[1.0]]),
     (Smartcrop, &[&[4.0, 0.6, 0.0, 1.0, 1.0, 0.3, 0.5, 0.1, 0.0, 1.0, 2.0]]),
     (CloverleafWf, &[&[0.85]]),
+    (RoseWf, &[&[0.5, 4.0, 0.85]]),
+    (Gaussian, &[&[]]),
+    (Rblur, &[&[0.8, 0.6, 0.2, -0.3]]),
+    (GlynnSim2, &[&[1.0, 0.1, 0.5, 1.5, 110.0, 150.0]]),
+    (Waffle, &[&[6.0, 0.3, 0.6, 0.4]]),
+    (Seashell3D, &[&[0.25, 3.5, 0.4, 3.0]]),
 ];
 
 /// Images of `point`, as many as `count`.
@@ -246,6 +252,90 @@ fn leaves_are_filled_as_often_as_asked() {
 }
 
 #[test]
+fn what_scatters_a_point_does_so_evenly_about_it() {
+    for point in points().take(20) {
+        let [x, y, _] = point;
+        let around = drawn(Gaussian, 0.7, &[], point, 10_000);
+        let off = |p: &[f64; 3]| C(p[0] - x, p[1] - y);
+        assert!(misfit(around.iter().map(|p| off(p).angle()).collect(), even(-PI, PI)) < FIT);
+        let spread = around.iter().map(|p| off(p).size().powi(2)).sum::<f64>() / 1e4;
+        assert!((spread - 0.49 / 3.0).abs() < 0.01, "{spread}");
+        let reach = 0.8 * (C(x - 0.2, y + 0.3).size() - 0.6).max(0.0);
+        let scattered = drawn(Rblur, 0.7, &[0.8, 0.6, 0.2, -0.3], point, 10_000);
+        for axis in [0, 1] {
+            let moved = scattered.iter().map(|p| p[axis] / 0.7 - point[axis]);
+            if reach == 0.0 {
+                assert!(moved.into_iter().all(|step| step.abs() < 1e-12));
+            } else {
+                assert!(misfit(moved.collect(), even(-reach, reach)) < FIT);
+            }
+        }
+        let theta = x.atan2(y);
+        let petal = 0.7 * 0.5 * (4.0 * theta).cos();
+        let far = |p: &[f64; 3]| (p[0] * theta.sin() + p[1] * theta.cos()) / petal;
+        let rose = drawn(RoseWf, 0.7, &[0.5, 4.0, 0.85], point, 10_000);
+        assert!(misfit(rose.iter().map(far).filter(|far| *far < 1.0 - 1e-12).collect(), even(0.0, 1.0)) < 0.03);
+        let filled = rose.iter().filter(|p| far(p) < 1.0 - 1e-12).count() as f64 / 1e4;
+        assert!((filled - 0.85).abs() < 0.02, "{filled}");
+    }
+}
+
+#[test]
+fn a_ring_is_an_arc_inside_and_a_mirror_outside() {
+    let q = RANDOM[18].1[0];
+    for point in points().take(40) {
+        let r = C(point[0], point[1]).size();
+        let images = drawn(GlynnSim2, 0.7, q, point, 10_000);
+        if r < 1.0 {
+            let angle = |p: &[f64; 3]| p[1].atan2(p[0]).to_degrees();
+            assert!(misfit(images.iter().map(angle).collect(), even(110.0, 150.0)) < FIT);
+            // From the inner border, where the outer one is the circle's inverse.
+            let inner = 1.1 - 0.1 * 2.1 / 1.1;
+            let size = |p: &[f64; 3]| C(p[0], p[1]).size() / 0.7;
+            assert!(misfit(images.iter().map(size).collect(), even(inner, 1.1)) < FIT);
+        } else {
+            let times = |p: &[f64; 3]| p[0] / 0.7 / point[0];
+            let is_near = |value: f64, other: f64| (value - other).abs() < 1e-9;
+            assert!(images.iter().all(|p| is_near(times(p), 1.0) || is_near(times(p), r.powi(-2))));
+            let share = images.iter().filter(|p| !is_near(times(p), 1.0)).count() as f64 / 1e4;
+            assert!((share - 0.5 * r.powf(-1.5)).abs() < 0.025, "{share}");
+        }
+    }
+}
+
+#[test]
+fn a_waffle_has_its_bars_and_a_shell_its_windings() {
+    let turned = C::polar(1.0 / 0.7, 0.4);
+    let waffle = drawn(Waffle, 0.7, RANDOM[19].1[0], [0.4, -1.1, 0.9], 50_000);
+    let places: Vec<C> = waffle.iter().map(|p| C(p[0], p[1]) * turned).collect();
+    assert!(places.iter().all(|C(a, r)| (0.0..1.0).contains(a) && (0.0..1.0).contains(r)));
+    let in_slice = |value: f64| (value * 6.0).fract();
+    let share = |holds: &dyn Fn(f64, f64) -> bool| {
+        places.iter().filter(|C(a, r)| holds(in_slice(*a), in_slice(*r))).count() as f64 / 5e4
+    };
+    // A fifth are on each edge; a fifth fill the small rectangle.
+    let on = |value: f64, edge: f64| (value - edge).abs() < 1e-9;
+    assert!((share(&|_, r| on(r, 0.6)) - 0.2).abs() < 0.01);
+    assert!((share(&|a, _| on(a, 0.3)) - 0.2).abs() < 0.01);
+    // Of those between bars, 0.3 of the fourth set and 0.6 of the fifth are within the other's.
+    let within = share(&|a, r| a < 0.3 - 1e-9 && r < 0.6 - 1e-9);
+    assert!((within - 0.2).abs() < 0.01, "{within}");
+    let beyond = share(&|a, r| a > 0.3 + 1e-9 && r > 0.6 + 1e-9);
+    assert!((beyond - 0.2 * (0.7 + 0.4)).abs() < 0.01, "{beyond}");
+    let shell = drawn(Seashell3D, 0.7, RANDOM[20].1[0], [0.4, -1.1, 0.9], 10_000);
+    for [x, y, z] in shell.iter().map(|p| p.map(|part| part / 0.7)) {
+        // The tube around its middle: as far up as out.
+        let is_on = |wound: f64| {
+            let rim = 0.25 * (1.0 - wound);
+            let (out, up) = (C(x, y).size() - 0.4 - rim, z - 3.5 * wound);
+            C(out, up).size() - rim
+        };
+        let turn = C(x, y).angle().rem_euclid(TAU) / TAU;
+        assert!((0..3).any(|winding| is_on((f64::from(winding) + turn) / 3.0).abs() < 1e-9), "{x} {y} {z}");
+    }
+}
+
+#[test]
 fn falloff_scatters_more_the_farther_a_point_is() {
     for point in points().take(40) {
         let q = RANDOM[1].1;
@@ -372,7 +462,8 @@ fn foreign_formulas_give_the_same_in_lanes() {
 fn foreign_formulas_are_finite_at_the_origin() {
     for (kind, q) in CASES.iter().chain(&RANDOM).flat_map(|(kind, sets)| sets.iter().map(move |q| (*kind, *q))) {
         // Unguarded in their programs, too.
-        if matches!(kind, Acosech | Glynnia | LinearT3D | Target | Waves2b | Circlecrop) || kind == EJulia && q[0] < 0.0
+        if matches!(kind, Acosech | Glynnia | LinearT3D | Log | Target | Waves2b | Circlecrop)
+            || kind == EJulia && q[0] < 0.0
         {
             continue;
         }

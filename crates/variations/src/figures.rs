@@ -1,99 +1,18 @@
-//! Formulas of other programs in the plane: waves, tiles and figures.
+//! Formulas of other programs that draw a curve or a figure, or put the plane into one.
 //!
-//! Owns those that are neither roots (`roots.rs`) nor blurs (`blurs.rs`). The letters are those of `plain.rs`.
+//! Owns those that are neither waves (`waves.rs`), tiles (`tiles.rs`), roots (`roots.rs`) nor blurs (`blurs.rs`). The letters
+//! are those of `plain.rs`.
 //!
 //! # Source
 //! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 
+use super::complex::near;
 use super::formulas::{TINY, at_angle, formulas, over, radius, remainder, square_of_radius};
-use super::space::bent;
-use crate::number::Number;
+use super::roots::NEAREST;
 
 formulas! {
-    Waves2b(v, x, y) {
-        let [x_frequency, y_frequency, x_power, y_power, x_scale, x_far, y_scale, y_far, unity, ..] = v.p;
-        let height = |at: N, scale: f64, far: f64| over((scale - far) * unity, at * at + unity) + far;
-        let wave = |at: N, power: f64, frequency: f64| (bent(at, power) * frequency).sin();
-        (
-            (x + height(x, x_scale, x_far) * wave(y, x_power, x_frequency)) * v.w,
-            (y + height(y, y_scale, y_far) * wave(x, y_power, y_frequency)) * v.w,
-        )
-    }
-
-    Waves2Wf(v, x, y) {
-        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
-        (
-            (x * x_damp + wave(y * x_frequency, x_is_cos) * x_scale) * v.w,
-            (y * y_damp + wave(x * y_frequency, y_is_cos) * y_scale) * v.w,
-        )
-    }
-
-    Waves3Wf(v, x, y) {
-        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
-        let (x_wave, y_wave) = (wave(y * x_frequency, x_is_cos), wave(x * y_frequency, y_is_cos));
-        ((x * x_damp + x_wave * x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_wave * y_scale) * v.w)
-    }
-
-    Waves4Wf(v, x, y) {
-        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
-        let cubed = |angle: N, is_cos: f64| {
-            let (sin, cos) = angle.sin_cos();
-            sin * cos * if is_cos == 0.0 { sin } else { cos }
-        };
-        let (x_wave, y_wave) = (cubed(y * x_frequency, x_is_cos), cubed(x * y_frequency, y_is_cos));
-        ((x * x_damp + x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_scale) * v.w)
-    }
-
-    Bwraps(v, x, y) {
-        let [size, square, stretch, flatness, inner, outer, ..] = v.p;
-        if size == 0.0 {
-            (x * v.w, y * v.w)
-        } else {
-            let (middle_x, middle_y) = (((x / size).floor() + 0.5) * size, ((y / size).floor() + 0.5) * size);
-            let (off_x, off_y) = (x - middle_x, y - middle_y);
-            let off2 = square_of_radius(off_x, off_y);
-            let k = over(stretch, off2 * flatness + 1.0);
-            let t = off2 * k * k / square;
-            let (s, c) = (t * (outer - inner) + inner).sin_cos();
-            let (bent_x, bent_y) = (off_x * k, off_y * k);
-            let is_outside = off2.like(square).less(off2);
-            (
-                N::select(is_outside, x, middle_x + bent_x * c + bent_y * s) * v.w,
-                N::select(is_outside, y, middle_y + bent_y * c - bent_x * s) * v.w,
-            )
-        }
-    }
-
-    Boarders2(v, x, y, random) {
-        let [kept, push, chance, ..] = v.p;
-        let (middle_x, middle_y) = (x.round(), y.round());
-        let (off_x, off_y) = (x - middle_x, y - middle_y);
-        let longest = off_x.abs().max(off_y.abs()).max(x.like(TINY));
-        let unit = random.unit();
-        let moved = N::select(unit.less(unit.like(chance)), over(push, longest), unit.like(0.0)) + kept;
-        ((moved * off_x + middle_x) * v.w, (moved * off_y + middle_y) * v.w)
-    }
-
-    TileLog(v, x, y, random) {
-        // Never the logarithm of 0.
-        let far = (-(random.unit() - 1.0)).ln() * v.p[0];
-        let far = N::select(random.coin(), far, -far);
-        ((x + far.round()) * v.w, y * v.w)
-    }
-
-    Shredlin(v, x, y) {
-        (shred(x, v.p[0], v.p[1]) * v.w, shred(y, v.p[2], v.p[3]) * v.w)
-    }
-
-    PointSymmetryWf(v, x, y, random) {
-        let [centre_x, centre_y, order, ..] = v.p;
-        let (off_x, off_y) = ((x - centre_x) * v.w, (y - centre_y) * v.w);
-        let (s, c) = ((random.unit() * order).trunc() * (TAU / order)).sin_cos();
-        (off_x * c + off_y * s + centre_x, off_y * c - off_x * s + centre_y)
-    }
-
     YinYang(v, x, y, random) {
         let [size, sin, cos, other_sin, other_cos, is_dual, outside, ..] = v.p;
         let one = x.like(1.0);
@@ -163,22 +82,6 @@ formulas! {
         at_angle(angle, radius(x, y))
     }
 
-    Kaleidoscope(v, x, y) {
-        let [cos, sin, across, above, below, ..] = v.p;
-        let shift = N::select(x.like(0.0).less(y), x.like(above), x.like(below));
-        (x * cos - y * sin + across, y * cos + x * sin + shift)
-    }
-
-    TileHlp(v, x, y, random) {
-        let width = v.p[0];
-        let cells = x / width;
-        let part = cells - cells.trunc();
-        let is_moved = (part * PI).cos().less(random.unit() * 2.0 - 1.0);
-        let zero = x.like(0.0);
-        let step = N::select(zero.less(cells), x.like(-width), x.like(width));
-        ((x + N::select(is_moved, step, zero)) * v.w, y * v.w)
-    }
-
     EpispiralWf(v, x, y) {
         let theta = x.atan2(y);
         let (c, s) = at_angle(theta, over(0.5 * v.w, (theta * v.p[0]).cos()));
@@ -215,20 +118,109 @@ formulas! {
         let is_right = x.like(0.0).less(turned_x);
         (turned_x * v.w, N::select(is_right, turned_y, -turned_y) * v.w)
     }
-}
 
-/// The sine, or the cosine.
-#[inline(always)]
-fn wave<N: Number>(angle: N, is_cos: f64) -> N {
-    if is_cos == 0.0 { angle.sin() } else { angle.cos() }
-}
+    Cardioid(v, x, y) {
+        let phi = y.atan2(x);
+        at_angle(phi, (square_of_radius(x, y) + (phi * v.p[0]).sin() + 1.0).sqrt() * v.w)
+    }
 
-/// A coordinate whose cells of the length `distance` are narrowed to a share `width` of it.
-#[inline(always)]
-fn shred<N: Number>(value: N, distance: f64, width: f64) -> N {
-    let cells = value / distance;
-    let whole = cells.trunc();
-    let zero = value.like(0.0);
-    let side = N::select(value.less(zero), value.like(-0.5), value.like(0.5));
-    ((cells - whole) * width + whole + side * (1.0 - width)) * distance
+    Idisc(v, x, y) {
+        at_angle(over(PI, radius(x, y) + 1.0), y.atan2(x) * (v.w * FRAC_1_PI))
+    }
+
+    Asteria(v, x, y, random) {
+        let [sin, cos, ..] = v.p;
+        let one = x.like(1.0);
+        let (x, y) = (x * v.w, y * v.w);
+        let is_inside = square_of_radius(x, y).less(one);
+        // Near a corner of the square around the unit circle.
+        let is_corner = square_of_radius(x.abs() - 1.0, y.abs() - 1.0).less(one);
+        let is_kept = random.unit();
+        let is_bent = is_inside & (!is_corner | is_kept.less(is_kept.like(0.35)));
+        let (across, along) = (x * cos - y * sin, x * sin + y * cos);
+        let depth = -(along.abs() - 1.0);
+        let zero = x.like(0.0);
+        let root = |value: N| (-(value * value) + 1.0).max(zero).sqrt();
+        let bent = across / root(along) * (-(root(depth)) + 1.0);
+        (
+            N::select(is_bent, bent * cos + along * sin, x),
+            N::select(is_bent, along * cos - bent * sin, y),
+        )
+    }
+
+    Circlize(v, x, y) {
+        let zero = x.like(0.0);
+        let (far_x, far_y) = (x.abs(), y.abs());
+        let side = far_x.max(far_y).max(x.like(TINY));
+        // How far the point is along the square from its lower right corner.
+        let upright = N::select(x.less(zero), far_x * 5.0 - y, far_x + y);
+        let level = N::select(y.less(zero), far_y * 7.0 + x, far_y * 3.0 - x);
+        let along = N::select(far_x.less(far_y), level, upright);
+        at_angle((along / side - 1.0) * FRAC_PI_4, side * (v.w / FRAC_PI_4) + v.p[0])
+    }
+
+    Eclipse(v, x, y) {
+        let half2 = -(y * y) + v.w * v.w;
+        let moved = x + v.p[0] * v.w;
+        let is_inside = (x * x).less(half2);
+        let is_left = (moved * moved).less(half2);
+        let seen = N::select(is_left, moved, -x);
+        let is_shaded = if v.w > 0.0 { is_inside } else { x.less(x) };
+        (N::select(is_shaded, seen, x) * v.w, y * v.w)
+    }
+
+    Petal(v, x, y) {
+        let ((s, c), height) = (x.sin_cos(), y.cos());
+        let (across, along) = (c * height, s * height);
+        let k = c * v.w;
+        (k * across * across * across, k * along * along * along)
+    }
+
+    HeartWf(v, x, y) {
+        let [left, right, shift, x_scale, ..] = v.p;
+        let phi = x.atan2(y);
+        let is_left = phi.less(phi.like(0.0));
+        let t = (N::select(is_left, phi * left, phi * right) - shift).min(phi.like(60.0));
+        let (s, c) = at_angle(t * (PI / 180.0), radius(x, y) * (v.w * 0.001));
+        let bow = t * (-(t) + 40.0);
+        let along = (bow + 1200.0) * c * x_scale;
+        (N::select(is_left, -along, along), -((bow + 400.0) * s))
+    }
+
+    RoseWf(v, x, y, random) {
+        let [size, waves, filled, ..] = v.p;
+        let theta = x.atan2(y);
+        let (unit, chance) = (random.unit(), random.unit());
+        let filled = N::select(chance.less(chance.like(filled)), unit, unit.like(1.0));
+        let (c, s) = at_angle(theta, (theta * waves).cos() * filled * (size * v.w));
+        (s, c)
+    }
+
+    Tancos(v, x, y) {
+        let r2 = square_of_radius(x, y).max(x.like(NEAREST));
+        let (sinh, cosh) = near(r2).sinh_cosh();
+        let k = over(2.0 * v.w, r2);
+        (k * x * (sinh / cosh), k * y * r2.cos())
+    }
+
+    TargetSp(v, x, y) {
+        let [tightness, arms, size, turn, ..] = v.p;
+        let (phi, r) = (y.atan2(x), radius(x, y));
+        let depth = r.max(x.like(TINY)).ln() * tightness + (phi + PI) * arms;
+        let depth = N::select(depth.less(x.like(0.0)), depth - size / 2.0, depth).abs();
+        let is_even = remainder(depth, size).less(x.like(size / 2.0));
+        at_angle(phi + N::select(is_even, x.like(turn), x.like(turn - PI)), r)
+    }
+
+    GlynnSim2(v, x, y, random) {
+        let [size, outer, width, from, along, contrast, exponent, ..] = v.p;
+        let r = radius(x, y);
+        let (arc_x, arc_y) = at_angle(random.unit() * along + from, -(random.unit() * width) + outer);
+        let alpha = over(size, r);
+        let unit = random.unit();
+        let is_inverted = unit.less(alpha.abs().pow(r.like(exponent)) * contrast);
+        let k = N::select(is_inverted, alpha * alpha, alpha.like(1.0));
+        let is_inside = r.less(r.like(size));
+        (N::select(is_inside, arc_x, k * x) * v.w, N::select(is_inside, arc_y, k * y) * v.w)
+    }
 }

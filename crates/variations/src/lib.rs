@@ -28,6 +28,8 @@ mod expected;
 mod expected_chance;
 #[cfg(test)]
 mod expected_later;
+#[cfg(test)]
+mod expected_more;
 mod figures;
 mod formulas;
 mod later;
@@ -40,8 +42,10 @@ mod solid;
 mod space;
 mod spelling;
 mod stage;
+mod tiles;
+mod waves;
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, PI};
 
 pub use affine::Affine;
 pub use formulas::{Compiled, Depth, Formula, Visitor};
@@ -226,7 +230,7 @@ kinds! {
     later::Whorl "whorl" [inside 0.0, outside 0.0];
     later::Waves2 "waves2" [scalex 0.0, scaley 0.0, freqx 0.0, freqy 0.0];
     complex::Exp "exp" [];
-    complex::Log "log" [];
+    complex::Log "log" [base E];
     complex::Sin "sin" [];
     complex::Cos "cos" [];
     complex::Tan "tan" [];
@@ -298,36 +302,72 @@ kinds! {
         cropmode 1.0, static 1.0
     ];
     blurs::Circlecrop "circlecrop" [radius 1.0, x 0.0, y 0.0, scatter_area 0.0, zero 1.0];
-    figures::Waves2b "waves2b" [
+    waves::Waves2b "waves2b" [
         freqx 2.0, freqy 2.0, pwx 1.0, pwy 1.0, scalex 1.0, scaleinfx 1.0, scaley 1.0, scaleinfy 1.0, unity 1.0, jacok 0.25
     ];
-    figures::Waves2Wf "waves2_wf" [
+    waves::Waves2Wf "waves2_wf" [
         scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
     ];
-    figures::Waves3Wf "waves3_wf" [
+    waves::Waves3Wf "waves3_wf" [
         scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
     ];
-    figures::Waves4Wf "waves4_wf" [
+    waves::Waves4Wf "waves4_wf" [
         scalex 0.25, scaley 0.5, freqx FRAC_PI_2, freqy FRAC_PI_4, use_cos_x 1.0, use_cos_y 0.0, dampx 0.0, dampy 0.0
     ];
-    figures::Bwraps "bwraps" [cellsize 1.0, space 0.0, gain 1.0, inner_twist 0.0, outer_twist 0.0];
-    figures::Boarders2 "boarders2" [c 0.5, left 0.5, right 0.5];
-    figures::TileLog "tile_log" [spread 1.0];
-    figures::Shredlin "shredlin" [xdistance 1.0, xwidth 0.5, ydistance 1.0, ywidth 0.5];
-    figures::PointSymmetryWf "point_symmetry_wf" [centre_x 0.25, centre_y 0.5, order 3.0, colorshift 0.0];
+    tiles::Bwraps "bwraps" [cellsize 1.0, space 0.0, gain 1.0, inner_twist 0.0, outer_twist 0.0];
+    tiles::Boarders2 "boarders2" [c 0.5, left 0.5, right 0.5];
+    tiles::TileLog "tile_log" [spread 1.0];
+    tiles::Shredlin "shredlin" [xdistance 1.0, xwidth 0.5, ydistance 1.0, ywidth 0.5];
+    tiles::PointSymmetryWf "point_symmetry_wf" [centre_x 0.25, centre_y 0.5, order 3.0, colorshift 0.0];
     figures::YinYang "yin_yang" [radius 0.5, ang1 0.0, ang2 0.0, dual_t 1.0, outside 0.0];
     figures::Glynnia "glynnia" [];
     figures::CloverleafWf "cloverleaf_wf" [filled 0.85];
     figures::CannabiscurveWf "cannabiscurve_wf" [filled 0.85];
     figures::Target "target" [even 0.0, odd 0.0, size 1.0];
-    figures::Kaleidoscope "kaleidoscope" [pull 0.0, rotate 1.0, line_up 1.0, x 0.0, y 0.0];
-    figures::TileHlp "tile_hlp" [width 1.0];
+    tiles::Kaleidoscope "kaleidoscope" [pull 0.0, rotate 1.0, line_up 1.0, x 0.0, y 0.0];
+    tiles::TileHlp "tile_hlp" [width 1.0];
     figures::EpispiralWf "epispiral_wf" [waves 4.0];
     figures::Epispiral "epispiral" [n 6.0, thickness 0.0, holes 1.0];
     figures::Fdisc "fdisc" [];
     figures::Unpolar "unpolar" [];
     figures::Twoface "twoface" [];
     figures::Xheart "xheart" [angle 0.0, ratio 0.0];
+    roots::Acosh "acosh" [];
+    complex::Acoth "acoth" [];
+    space::Cone "cone" [
+        radius1 0.5, radius2 1.0, size1 0.5, size2 2.0, ywave 1.0, xwave 1.0, height 1.0, warp 1.0, weight 2.0
+    ];
+    figures::Idisc "idisc" [];
+    figures::Cardioid "cardioid" [a 1.0];
+    figures::Asteria "asteria" [alpha 0.0];
+    figures::Circlize "circlize" [hole 0.4];
+    figures::Eclipse "eclipse" [shift 0.1];
+    space::Ennepers2 "ennepers2" [a 1.0, b 0.3333, c 0.075];
+    complex::Joukowski "joukowski" [P1 2.5, P2 0.0, inverse 0.0];
+    figures::Petal "petal" [];
+    roots::Julian2 "julian2" [power 2.0, dist 1.0, a 1.0, b 0.0, c 0.0, d 1.0, e 0.0, f 0.0];
+    figures::HeartWf "heart_wf" [scale_x 1.0, shift_t 0.0, scale_r_left 1.0, scale_r_right 1.0];
+    waves::Waves3 "waves3" [scalex 0.05, scaley 0.05, freqx 7.0, freqy 13.0, sx_freq 0.0, sy_freq 2.0];
+    waves::Waves22 "waves22" [
+        scalex 0.05, scaley 0.05, freqx 7.0, freqy 13.0, modex 0.0, modey 0.0, powerx 2.0, powery 2.0
+    ];
+    figures::RoseWf "rose_wf" [amp 0.5, waves 4.0, filled 0.85];
+    space::Sph3D "sph3D" [x 0.75, y 1.0, z 0.5];
+    figures::Tancos "tancos" [];
+    space::Tanhq "tanhq" [];
+    space::Taurus "taurus" [r 3.0, n 5.0, inv 1.5, sor 1.0];
+    figures::TargetSp "target_sp" [twist 0.0, n_of_sp 1.0, size 0.5, tightness 0.5];
+    figures::GlynnSim2 "glynnSim2" [radius 1.0, thickness 0.1, contrast 0.5, pow 1.5, phi1 110.0, phi2 150.0];
+    tiles::Waffle "waffle" [slices 6.0, xthickness 0.5, ythickness 0.5, rotation 0.0];
+    space::WhitneyUmbrella "whitney_umbrella" [];
+    complex::Sec2Bs "sec2_bs" [x1 1.25, x2 0.75, y1 1.5, y2 0.5];
+    waves::Stwin "stwin" [distort 1.0, offset_xy 0.0, offset_x2 0.0, offset_y2 0.0];
+    space::Seashell3D "seashell3D" [final_radius 0.25, height 3.5, inner_radius 0.4, nSpirals 3.0];
+    space::Hypertile3D "hypertile3D" [p 3.0, q 7.0, n 0.0];
+    tiles::Gnarly "gnarly" [cellsize 1.0, twist 1.0];
+    blurs::Gaussian "gaussian" [];
+    roots::PowBlock "pow_block" [numerator 3.0, denominator 2.0, root 1.0, correctn 1.0, correctd 1.0];
+    blurs::Rblur "rblur" [strength 1.0, offset 1.0, center_x 0.0, center_y 0.0];
 }
 
 impl Kind {

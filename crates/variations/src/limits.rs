@@ -85,16 +85,23 @@ impl Kind {
                 ("cropmode", Limit::Only(&[-1.0, 0.0, 1.0])),
                 ("static", Limit::Only(&[2.0])),
             ],
-            Kind::Target => &[("size", Limit::Beyond(1e-4))],
+            Kind::Target | Kind::TargetSp => &[("size", Limit::Beyond(1e-4))],
             Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
             Kind::Juliac => &[("re", Limit::Whole)],
             Kind::BTransform => &[("power", Limit::Whole), ("split", ZERO)],
             Kind::Hypertile1 | Kind::Hypertile2 => &[("p", Limit::Whole)],
             Kind::Waves2b => &[("pwx", Limit::Beyond(1e-4)), ("pwy", Limit::Beyond(1e-4))],
             Kind::Bwraps => &[("cellsize", Limit::NotNegative)],
-            Kind::Boarders2 => {
-                &[("c", Limit::NotNegative), ("left", Limit::NotNegative), ("right", Limit::NotNegative)]
-            }
+            Kind::Log => &[("base", Limit::NotNegative)],
+            Kind::Julian2 => &[("power", Limit::Whole)],
+            Kind::Waffle => &[("slices", Limit::Whole)],
+            Kind::Hypertile3D => &[("p", Limit::Whole), ("q", Limit::Whole)],
+            Kind::PowBlock => &[
+                ("denominator", Limit::Beyond(1e-4)),
+                ("correctn", Limit::Beyond(1e-4)),
+                ("correctd", Limit::Beyond(1e-4)),
+            ],
+            Kind::GlynnSim2 => &[("radius", Limit::Beyond(1e-4))],
             _ => &[],
         }
     }
@@ -124,7 +131,26 @@ impl Kind {
             | Kind::Waves4Wf
             | Kind::YinYang
             | Kind::Boarders2
-            | Kind::Acosech => "JWildfire",
+            | Kind::Acosech
+            | Kind::Acosh
+            | Kind::Acoth
+            | Kind::Asteria
+            | Kind::Cone
+            | Kind::Ennepers2
+            | Kind::HeartWf
+            | Kind::Joukowski
+            | Kind::RoseWf
+            | Kind::Seashell3D
+            | Kind::Sec2Bs
+            | Kind::Sph3D
+            | Kind::Stwin
+            | Kind::Tanhq
+            | Kind::TargetSp
+            | Kind::Taurus
+            | Kind::Waves22
+            | Kind::Waves3
+            | Kind::WhitneyUmbrella => "JWildfire",
+            Kind::Gaussian | Kind::Rblur => "Fractorium",
             _ => "Apophysis",
         }
     }

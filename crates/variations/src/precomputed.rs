@@ -71,7 +71,6 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let bubble = if bubble > 2.0 { 1.0 } else { bubble / (bubble * bubble / 4.0 + 1.0) };
             values([q[0], radius * radius, gain * radius / bubble, gain * gain / 4.0, q[3], q[4]])
         }
-        Kind::Boarders2 => values([q[0], q[0] * q[1], q[0] + q[0] * q[2]]),
         Kind::YinYang => {
             let ((sin, cos), (other_sin, other_cos)) = (libm::sincos(PI * q[1]), libm::sincos(PI * q[2]));
             values([q[0], sin, cos, other_sin, other_cos, q[3], q[4]])
@@ -80,13 +79,13 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let (sin, cos) = libm::sincos(FRAC_PI_4 + q[0] * FRAC_PI_8);
             values([6.0 + 2.0 * q[1], sin, cos])
         }
-        _ => of_crops_and_maps(kind, q),
+        _ => of_crops_and_maps(kind, weight, q),
     }
 }
 
 /// The same of those with many parameters.
 #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
-fn of_crops_and_maps(kind: Kind, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+fn of_crops_and_maps(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
     match kind {
         Kind::Affine3D => values(matrix(q)),
         Kind::Kaleidoscope => {
@@ -102,6 +101,59 @@ fn of_crops_and_maps(kind: Kind, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETE
             let [size, turn] = [q[1].abs(), q[8] * corner];
             values([corner, roundness, q[3], q[4], size, q[5], q[6], q[7], turn, q[9], keeps_inside])
         }
+        _ => of_figures(kind, weight, q),
+    }
+}
+
+/// The same of those that draw a figure.
+#[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
+fn of_figures(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    match kind {
+        Kind::Boarders2 => {
+            let [kept, push, chance] = [q[0], q[1], q[2]].map(f64::abs);
+            values([kept, kept * push, kept + kept * chance])
+        }
+        Kind::Log => values([1.0 / libm::log(q[0])]),
+        Kind::Asteria => {
+            let (sin, cos) = libm::sincos(PI * q[0]);
+            values([sin, cos])
+        }
+        Kind::Eclipse => values([q[0].clamp(-2.0, 2.0)]),
+        Kind::Joukowski => values([q[0] * q[0], q[1], q[2]]),
+        Kind::Julian2 => values([q[0].abs(), q[0], q[1] / q[0] / 2.0, q[2], q[3], q[4], q[5], q[6], q[7]]),
+        Kind::PowBlock => {
+            let share = q[0] / q[1];
+            values([share, share * q[2] * TAU, share / (q[3] / q[4]) / 2.0, q[1]])
+        }
+        // 60 degrees to each side.
+        Kind::HeartWf => values([-60.0 / PI * q[2], 60.0 / PI * q[3], q[1], q[0]]),
+        Kind::Waves3 => values([q[0] / 2.0, q[1] / 2.0, q[2], q[3], q[4], q[5]]),
+        Kind::Waves22 => {
+            let powers = [q[6].trunc(), q[7].trunc()];
+            let [x_is_odd, y_is_odd] = powers.map(|power| (power % 2.0).abs());
+            values([q[0], q[1], q[2], q[3], q[4], q[5], powers[0], powers[1], x_is_odd, y_is_odd])
+        }
+        Kind::RoseWf => values([q[0], q[1].round(), q[2]]),
+        Kind::TargetSp => values([q[3], q[1].trunc() / PI, q[2], q[0] * PI]),
+        Kind::GlynnSim2 => {
+            let (thickness, contrast) = (q[1].clamp(0.0, 1.0), q[2].clamp(0.0, 1.0));
+            let outer = q[0] + thickness;
+            let [from, to] = [q[4].to_radians(), q[5].to_radians()];
+            values([q[0], outer, thickness * (q[0] + outer) / outer, from, to - from, contrast, q[3].abs()])
+        }
+        Kind::Waffle => {
+            let (sin, cos) = libm::sincos(q[3]);
+            values([q[0], q[1], q[2], weight * sin, weight * cos])
+        }
+        Kind::Stwin => values([TAU * q[0], q[1] / 10.0, q[2] / 1e4, q[3] / 1e4]),
+        Kind::Seashell3D => values([q[0], q[1], q[2], q[3].trunc()]),
+        Kind::Hypertile3D => {
+            let (sin, cos) = libm::sincos(TAU * q[2] / q[0]);
+            let rho = tile_radius(q[0], q[1]);
+            values([rho * cos, rho * sin, rho * rho])
+        }
+        Kind::Gnarly => values([q[0], q[1], q[0] * q[0] / 4.0]),
+        Kind::Rblur => values([q[0] * 2.0, q[1], q[2], q[3]]),
         _ => q,
     }
 }

@@ -4,13 +4,13 @@
 //! are those of `plain.rs`; the point is x + iy.
 //!
 //! # Source
-//! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions. `Acosech`:
-//! Abramowitz & Stegun, *Handbook of Mathematical Functions* (1964), 4.6.
+//! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions. `Acosech` and
+//! `Acosh`: Abramowitz & Stegun, *Handbook of Mathematical Functions* (1964), 4.6.
 
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
-use super::complex::{Ellipse, near};
-use super::formulas::{at_angle, formulas, over, radius, square_of_radius};
+use super::complex::{Ellipse, near, square_root};
+use super::formulas::{at_angle, formulas, over, square_of_radius};
 use crate::number::{Number, Random};
 
 /// Keeps logarithms and powers of squares finite, in `f32` too.
@@ -58,13 +58,34 @@ formulas! {
         let (a, b) = ((x / r2).abs(), -(y / r2).copysign(x * y));
         // √(u² + 1), whose real part is not negative either.
         let (re, im) = (a * a - (b - 1.0) * (b + 1.0), a * b * 2.0);
-        let size = radius(re, im);
-        let half = |value: N| (value * 0.5).max(value.like(0.0)).sqrt();
-        let (root_re, root_im) = (half(size + re), half(size - re).copysign(im));
+        let (root_re, root_im) = square_root(re, im);
         let (re, im) = (a + root_re, b + root_im);
         let k = v.w * FRAC_2_PI;
         let k = N::select(random.coin(), x.like(k), x.like(-k));
         (k * im.atan2(re), k * square_of_radius(re, im).ln() * 0.5)
+    }
+
+    Acosh(v, x, y, random) {
+        // √(z² - 1), on the side of z: what is on the other side has the other sign, which is random.
+        let (re, im) = square_root((x - 1.0) * (x + 1.0) - y * y, x * y * 2.0);
+        let is_left = x.less(x.like(0.0));
+        let (re, im) = (x + N::select(is_left, -re, re), y + N::select(is_left, -im, im));
+        let k = v.w * FRAC_2_PI;
+        let k = N::select(random.coin(), x.like(k), x.like(-k));
+        (k * square_of_radius(re, im).ln() * 0.5, k * im.atan2(re))
+    }
+
+    Julian2(v, x, y, random) {
+        let [count, turn, exponent, a, b, c, d, e, f, ..] = v.p;
+        let (x, y) = (x * a + y * b + e, x * c + y * d + f);
+        let k = square_of_radius(x, y).max(x.like(NEAREST)).pow(x.like(exponent)) * v.w;
+        at_angle(root(y.atan2(x), count, turn, random), k)
+    }
+
+    PowBlock(v, x, y, random) {
+        let [share, turn, exponent, count, ..] = v.p;
+        let k = square_of_radius(x, y).max(x.like(NEAREST)).pow(x.like(exponent)) * v.w;
+        at_angle(y.atan2(x) * share + (random.unit() * count).floor() * turn, k)
     }
 
     Hypertile(v, x, y) {

@@ -9,6 +9,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::chance::bell;
+use super::complex::near;
 use super::formulas::{TINY, at_angle, over, radius, solids, square_of_radius};
 use super::roots::{NEAREST, root};
 use crate::number::Number;
@@ -135,6 +136,66 @@ solids! {
         let square = (x * x + y * y * 4.0).max(x.like(NEAREST));
         let k = ((x * y).abs() / square).sqrt() * (BUTTERFLY * v.w);
         [k * x, k * y * 2.0, k * y.abs() * radius(x, y) * 0.5]
+    }
+
+    Ennepers2 Makes(v, x, y, _z) {
+        let [a, b, c, ..] = v.p;
+        let r2 = square_of_radius(x, y).max(x.like(NEAREST));
+        let slope = x * x * (a * a) - y * y * (b * b);
+        let part = |value: N, square: f64| value * (-(slope / r2) - value.abs().sqrt() * c + square) * v.w;
+        [part(x, a * a), part(y, b * b), slope / r2.sqrt() * (0.5 * v.w)]
+    }
+
+    Sph3D Reads(v, x, y, z) {
+        let [across, along, ..] = v.p;
+        // Its author scales z as x.
+        let k = over(v.w, square_in_space(x * across, y * along, z * across).max(x.like(NEAREST)));
+        [k * x, k * y, k * z]
+    }
+
+    Tanhq Reads(v, x, y, z) {
+        let side2 = square_of_radius(y, z).max(x.like(NEAREST));
+        let side = side2.sqrt();
+        let ((s, c), (sinh, cosh)) = (side.sin_cos(), near(x).sinh_cosh());
+        let k = over(v.w, x * x + side2);
+        let around = k * s * c / side;
+        [k * sinh * cosh, around * y, around * z]
+    }
+
+    Taurus Makes(v, x, y, _z) {
+        let [size, count, even, flat, ..] = v.p;
+        let ((s, c), (sin, cos)) = (x.sin_cos(), y.sin_cos());
+        let far = ((x * count).cos() * ((1.0 - even) * size) + even * size + sin) * v.w;
+        [c * far, s * far, cos * (v.w * flat) + y * (1.0 - flat)]
+    }
+
+    WhitneyUmbrella Makes(v, x, y, _z) {
+        [x * y * v.w, x * v.w, y * y * v.w]
+    }
+
+    Seashell3D Makes(v, _x, _y, _z, random) {
+        let [size, height, inner, spirals, ..] = v.p;
+        let (wound, around) = (random.unit(), random.unit() * TAU);
+        let rim = -(wound - 1.0) * size;
+        let (sin, cos) = around.sin_cos();
+        let (x, y) = at_angle(wound * (spirals * TAU), (rim * (cos + 1.0) + inner) * v.w);
+        [x, y, (wound * height + rim * sin) * v.w]
+    }
+
+    Cone Makes(v, x, y, _z, random) {
+        let [radius1, radius2, size1, size2, y_wave, x_wave, height, warp, count, ..] = v.p;
+        let far = over(v.w * size2, (x * x * warp + y * y + size1).sqrt());
+        let angle = x.atan2(y) * radius1 + (random.unit() * count).trunc() * (PI * radius2);
+        [(angle * x_wave).cos() * far, (angle * y_wave).sin() * far, far * height]
+    }
+
+    Hypertile3D Reads(v, x, y, z) {
+        let [cx, cy, square, ..] = v.p;
+        let r2 = square_in_space(x, y, z) + 1.0;
+        let along = x * cx - y * cy;
+        let k = over(v.w, r2 * square + along * 2.0 + (1.0 - square));
+        let pull = r2 + along * 2.0;
+        [k * (x * (1.0 - square) + pull * cx), k * (y * (1.0 - square) - pull * cy), k * z * (1.0 - square)]
     }
 
     AxisSymmetryWf Reads(v, x, y, z, random) {

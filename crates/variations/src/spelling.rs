@@ -48,7 +48,7 @@ const ALIASES: [(&str, &str); 7] = [
 ];
 
 /// Variations that ignore their point: Fractorium's `pre_X` and `post_X` of them add.
-const IGNORING: [Kind; 10] = [
+const IGNORING: [Kind; 12] = [
     Kind::Arch,
     Kind::Blur,
     Kind::Blur3D,
@@ -58,7 +58,9 @@ const IGNORING: [Kind; 10] = [
     Kind::Sineblur,
     Kind::Spirograph,
     Kind::Square,
+    Kind::Waffle,
     Kind::Zblur,
+    Kind::Ztranslate,
 ];
 
 /// What a name stands for in a transform's sum: by the name, and by the name in small letters where no other has that.

@@ -46,8 +46,16 @@ impl Stage {
 }
 
 /// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part without it.
-const WEIGHTLESS: [Kind; 6] =
-    [Kind::AxisSymmetryWf, Kind::Kaleidoscope, Kind::RotateX, Kind::RotateY, Kind::RotateZ, Kind::Target];
+const WEIGHTLESS: [Kind; 8] = [
+    Kind::AxisSymmetryWf,
+    Kind::Gaussian,
+    Kind::Kaleidoscope,
+    Kind::RotateX,
+    Kind::RotateY,
+    Kind::RotateZ,
+    Kind::Target,
+    Kind::TargetSp,
+];
 
 impl Slot {
     /// Whether a variation here comes from nothing by its presence; else by its weight.

@@ -14,7 +14,7 @@ use super::pairing::Pairing;
 use super::palette::PaletteWay;
 use super::waves::{added_to_affines, waved};
 use super::{Loop, Motion};
-use crate::genome::{Camera, Genome, Pose, Sampling, Space, Tone, Xform};
+use crate::genome::{Camera, Genome, Pose, Sampling, Space, Tilt, Tone, Xform};
 
 /// The way from one loop to another.
 ///
@@ -203,6 +203,8 @@ pub(super) fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
         animate: mix(a.animate, b.animate, part),
         opacity: mix(a.opacity, b.opacity, part),
         chaos: a.chaos.iter().zip(&b.chaos).map(|(a, b)| mix(*a, *b, part)).collect(),
+        tilt: Tilt::between(&a.tilt, &b.tilt, part),
+        post_tilt: Tilt::between(&a.post_tilt, &b.post_tilt, part),
         variations: variations.collect(),
         // What cannot be rendered at an end cannot be rendered in between.
         extra: of_both(&a.extra, &b.extra),

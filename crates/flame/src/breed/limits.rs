@@ -79,7 +79,9 @@ fn tidy(xform: &mut Xform) {
         variation.weight = short(variation.weight);
         variation.params = variation.params.map(short);
     }
-    for affine in [&mut xform.affine, &mut xform.post] {
+    let Xform { tilt, post_tilt, .. } = xform;
+    let in_space = [&mut tilt.yz, &mut tilt.zx, &mut post_tilt.yz, &mut post_tilt.zx];
+    for affine in [&mut xform.affine, &mut xform.post].into_iter().chain(in_space) {
         let Affine { a, b, c, d, e, f } = *affine;
         let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(short);
         *affine = Affine { a, b, c, d, e, f };

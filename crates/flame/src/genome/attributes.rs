@@ -8,8 +8,6 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
-use std::f64::consts::E;
-
 use super::Xform;
 use super::origin::is_of_origin;
 use super::parse::list;
@@ -20,17 +18,13 @@ use variations::{Kind, Spelling};
 enum Neutral {
     /// A number such as this one.
     At(f64),
-    /// This number, as far as five digits say it.
-    About(f64),
     /// Any numbers that are all 0.
     Dark,
-    /// The six numbers of an affine part that leaves every point where it is.
-    Identity,
     /// One of these words, or 0.
     Word(&'static [&'static str]),
 }
 
-use Neutral::{About, At, Dark, Identity, Word};
+use Neutral::{At, Dark, Word};
 
 /// Attributes of `<flame>`, when they are neutral, and what they else ask for.
 const FLAME: &[(&str, Neutral, Why)] = &[
@@ -97,7 +91,8 @@ const NEUTRAL_OF_FLAME: &[&str] = &[
 /// Attributes of a transform, as [`FLAME`].
 const XFORM: &[(&str, Neutral, Why)] = &[
     ("color_type", Word(&["DIFFUSION"]), Why::Colour),
-    ("log_base", About(E), Why::Value),
+    // What it says in older files is of no use to its program.
+    ("heart_wf_scale_t", At(1.0), Why::Value),
     ("mod_contrast", At(0.0), Why::Colour),
     ("mod_contrast_speed", At(0.0), Why::Colour),
     ("mod_gamma", At(0.0), Why::Colour),
@@ -106,13 +101,7 @@ const XFORM: &[(&str, Neutral, Why)] = &[
     ("mod_hue_speed", At(0.0), Why::Colour),
     ("mod_saturation", At(0.0), Why::Colour),
     ("mod_saturation_speed", At(0.0), Why::Colour),
-    ("post_log_base", About(E), Why::Value),
-    ("pre_log_base", About(E), Why::Value),
     ("wfield_type", Word(&["NONE"]), Why::WeightField),
-    ("yzCoefs", Identity, Why::Affine),
-    ("yzPost", Identity, Why::Affine),
-    ("zxCoefs", Identity, Why::Affine),
-    ("zxPost", Identity, Why::Affine),
 ];
 
 /// Attributes of a transform that change no picture, as [`NEUTRAL_OF_FLAME`]. A material is for solid rendering;
@@ -214,9 +203,7 @@ impl Neutral {
         let all = |holds: &dyn Fn(&[f64]) -> bool| numbers.as_deref().is_some_and(holds);
         match self {
             At(neutral) => all(&|numbers| numbers == [*neutral]),
-            About(neutral) => all(&|numbers| matches!(numbers, [number] if (number - neutral).abs() < 1e-4)),
             Dark => all(&|numbers| numbers.iter().all(|number| *number == 0.0)),
-            Identity => all(&|numbers| numbers == [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
             Word(words) => words.contains(&value) || all(&|numbers| numbers == [0.0]),
         }
     }
@@ -272,7 +259,6 @@ mod tests {
             ("wfield_input", "AFFINE"),
             ("xyCoeff20Curve_enabled", "false"),
             ("xyCoeff20Curve_x12", "5"),
-            ("zxPost", "1 0 0 1 0 0"),
             ("name", "left arm"),
             ("waltz", "0.0"),
         ] {
@@ -285,7 +271,6 @@ mod tests {
             ("mod_hue", "0.5", Why::Colour),
             ("wfield_type", "CELLULAR_NOISE", Why::WeightField),
             ("xyCoeff20Curve_enabled", "true", Why::Curve),
-            ("yzCoefs", "1 0 0 1 0 0.1", Why::Affine),
         ] {
             assert_eq!(of(name, value), Meaning::Asks(why), "{name}={value}");
         }

@@ -24,6 +24,7 @@ mod program;
 mod size;
 mod split;
 mod symmetry;
+mod tilt;
 mod unsupported;
 mod value;
 mod wave;
@@ -39,6 +40,7 @@ pub use palette::Palette;
 pub use pose::Pose;
 pub use program::Program;
 pub use split::Part;
+pub use tilt::Tilt;
 pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
 pub use wave::Wave;
 
@@ -176,6 +178,10 @@ pub struct Xform {
     pub affine: Affine,
     /// `post`: the affine part after the variations.
     pub post: Affine,
+    /// `yzCoefs` and `zxCoefs`: what follows `coefs` in space.
+    pub tilt: Tilt,
+    /// `yzPost` and `zxPost`: what follows `post` in space.
+    pub post_tilt: Tilt,
     /// The variations, no two of one [`Slot`](variations::Slot).
     pub variations: Vec<Variation>,
     /// Attributes that are kept as they are. If one changes the picture, the flame is not rendered: it is a variation or
@@ -266,6 +272,8 @@ impl Default for Xform {
             chaos: Vec::new(),
             affine: Affine::IDENTITY,
             post: Affine::IDENTITY,
+            tilt: Tilt::NONE,
+            post_tilt: Tilt::NONE,
             variations: Vec::new(),
             extra: Vec::new(),
             motions: Vec::new(),

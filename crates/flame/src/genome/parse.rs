@@ -160,9 +160,13 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
     let mut xform = Xform::default();
     for attribute in attributes(node) {
         let (name, value) = (attribute.name(), attribute.value());
-        let read = match xform_attribute(&mut xform, name, value) {
-            Read::Unknown => variation_attribute(&mut xform, name, value),
-            read @ (Read::Taken | Read::Wrong(_)) => read,
+        let read = match (name.get(..2), name.get(2..)) {
+            (Some(plane @ ("yz" | "zx")), Some("Coefs")) => xform.tilt.read(plane, value),
+            (Some(plane @ ("yz" | "zx")), Some("Post")) => xform.post_tilt.read(plane, value),
+            _ => match xform_attribute(&mut xform, name, value) {
+                Read::Unknown => variation_attribute(&mut xform, name, value),
+                read @ (Read::Taken | Read::Wrong(_)) => read,
+            },
         };
         match read {
             Read::Taken => {}
@@ -336,7 +340,7 @@ pub(super) fn element(node: Node) -> Element {
     }
 }
 
-fn affine(slot: &mut Affine, value: &str) -> Read {
+pub(super) fn affine(slot: &mut Affine, value: &str) -> Read {
     match list(value).as_deref() {
         Some(&[a, d, b, e, c, f]) => {
             *slot = Affine { a, b, c, d, e, f };

@@ -54,8 +54,6 @@ pub struct Reason {
 /// What an attribute or an element asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Why {
-    /// An affine part in three dimensions.
-    Affine,
     /// Something unknown.
     Attribute,
     /// A background of several colours.
@@ -90,7 +88,6 @@ impl Why {
     /// One word for programs.
     pub fn word(self) -> &'static str {
         match self {
-            Why::Affine => "affine-3d",
             Why::Attribute => "attribute",
             Why::Background => "background",
             Why::Colour => "colour",
@@ -111,7 +108,6 @@ impl Why {
     /// What people call an attribute that asks for it.
     fn noun(self) -> &'static str {
         match self {
-            Why::Affine => "the affine part in three dimensions",
             Why::Attribute => "the attribute",
             Why::Background => "the background",
             Why::Colour => "the colouring",

@@ -101,6 +101,8 @@ impl Xform {
         if self.post != Affine::IDENTITY {
             element.set_all("post", self.post.columns());
         }
+        self.tilt.write("Coefs", &mut element);
+        self.post_tilt.write("Post", &mut element);
         for variation in &self.variations {
             element.set(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {

@@ -138,7 +138,7 @@ pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
 #[inline]
 fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
     let (x, y) = xform.affine.apply(x, y);
-    let mut point = [x, y, z];
+    let mut point = tilted(xform.tilt.as_ref(), [x, y, z]);
     for passed in &xform.before {
         point = passed_on(passed, point, has_z, rng);
     }
@@ -157,7 +157,13 @@ fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng)
     }
     let [x, y, z] = sum;
     let (x, y) = xform.post.map_or((x, y), |post| post.apply(x, y));
-    [x, y, z]
+    tilted(xform.post_tilt.as_ref(), [x, y, z])
+}
+
+/// The image of a point under an affine map of space, if there is one.
+#[inline]
+fn tilted(rows: Option<&[[f64; 4]; 3]>, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    rows.map_or([x, y, z], |rows| rows.map(|[a, b, c, d]| a * x + b * y + c * z + d))
 }
 
 /// What becomes of `point` by a variation that replaces it, or is added to it.

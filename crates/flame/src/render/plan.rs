@@ -8,7 +8,7 @@
 use super::RenderError;
 use super::projection::Projection;
 use super::view::{View, in_range};
-use crate::genome::{Affine, Genome, Xform};
+use crate::genome::{Affine, Genome, Tilt, Xform};
 use variations::{Compiled, Depth, Kind, Stage, Variation};
 
 /// The darkest samples, as a part of full brightness: a histogram in whole numbers rounds darker ones too much.
@@ -43,6 +43,9 @@ pub(crate) struct Plan {
 pub(crate) struct CompiledXform {
     pub(crate) affine: Affine,
     pub(crate) post: Option<Affine>,
+    /// What follows them in space, in rows: of a flame with depth only.
+    pub(crate) tilt: Option<[[f64; 4]; 3]>,
+    pub(crate) post_tilt: Option<[[f64; 4]; 3]>,
     /// What moves the point before the sum, one by one.
     pub(crate) before: Vec<Passed>,
     /// The sum.
@@ -164,6 +167,8 @@ impl CompiledXform {
         CompiledXform {
             affine: xform.affine,
             post: (xform.post != Affine::IDENTITY).then_some(xform.post),
+            tilt: xform.tilt.rows(&xform.affine),
+            post_tilt: xform.post_tilt.rows(&xform.post),
             before,
             variations,
             after,
@@ -185,7 +190,8 @@ fn used(xform: &Xform) -> impl Iterator<Item = &Variation> {
 fn needs_z(genome: &Genome) -> bool {
     let xforms = || genome.xforms.iter().chain(&genome.finals);
     let has = |depth: Depth| xforms().flat_map(used).any(|variation| variation.kind.depth() == depth);
-    !genome.camera.pose.is_straight() || has(Depth::Reads)
+    let is_tilted = |xform: &Xform| [xform.tilt, xform.post_tilt] != [Tilt::NONE; 2];
+    !genome.camera.pose.is_straight() || has(Depth::Reads) || xforms().any(is_tilted)
 }
 
 /// From which number on, of 2^32, a random one chooses each index but the first, by these weights; all weights 0 choose

@@ -214,7 +214,7 @@ impl<S: Simd> Pool<S> {
     fn transform<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
         self.enter::<HAS_Z>(chosen, group);
         for vector in group.vectors() {
-            let (x, y) = self.leave(chosen, vector);
+            let (x, y) = self.leave::<HAS_Z>(chosen, vector);
             let (x, y, escaped) = self.kept::<HAS_Z>(x, y, vector);
             if HAS_Z {
                 self.now.z[vector] = self.sums[2][vector];
@@ -232,10 +232,16 @@ impl<S: Simd> Pool<S> {
 
     /// The affine part after the variations.
     #[inline(always)]
-    fn leave(&self, chosen: &CompiledXform, vector: usize) -> (Lanes<S>, Lanes<S>) {
+    fn leave<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, vector: usize) -> (Lanes<S>, Lanes<S>) {
         let x = Lanes(f32x16::load_array_ref(self.simd, &self.sums[0][vector]));
         let y = Lanes(f32x16::load_array_ref(self.simd, &self.sums[1][vector]));
-        chosen.post.as_ref().map_or((x, y), |post| image(post, x, y))
+        let (mut x, mut y) = chosen.post.as_ref().map_or((x, y), |post| image(post, x, y));
+        if HAS_Z && let Some(rows) = &chosen.post_tilt {
+            let mut z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
+            [x, y, z] = image_in_space(rows, [x, y, z]);
+            z.0.store_array(&mut self.sums[2][vector]);
+        }
+        (x, y)
     }
 
     /// The same points, those of `vector`, but random ones for those that left the space; and which those are. Their z is in
@@ -305,7 +311,7 @@ impl<S: Simd> Pool<S> {
     fn see_through<const HAS_Z: bool>(&mut self, lens: &CompiledXform, group: Group) {
         self.enter::<HAS_Z>(lens, group);
         for vector in group.vectors() {
-            let (x, y) = self.leave(lens, vector);
+            let (x, y) = self.leave::<HAS_Z>(lens, vector);
             let (mut x, mut y, _) = self.kept::<HAS_Z>(x, y, vector);
             let before = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
             let mut colour = before.mul_add(before.like(lens.keep), before.like(lens.pull));
@@ -422,6 +428,12 @@ impl<S: Simd> Game for Pool<S> {
 pub(super) fn image<S: Simd>(affine: &Affine, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let part = |a: f64, b: f64, c: f64| x.mul_add(x.like(a), y.mul_add(y.like(b), y.like(c)));
     (part(affine.a, affine.b, affine.c), part(affine.d, affine.e, affine.f))
+}
+
+/// The image of points under an affine map of space.
+#[inline(always)]
+pub(super) fn image_in_space<S: Simd>(rows: &[[f64; 4]; 3], [x, y, z]: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    rows.map(|[a, b, c, d]| x.mul_add(x.like(a), y.mul_add(y.like(b), z.mul_add(z.like(c), z.like(d)))))
 }
 
 /// Numbers in `-1.0..1.0`.

@@ -10,14 +10,13 @@ use variations::number::{LANES, LaneRng, Lanes, Number};
 use variations::{Compiled, Depth, Formula, Visitor};
 
 use super::plan::{CompiledXform, Passed, Summand};
-use super::pool::{Group, Pool, image};
-use crate::genome::Affine;
+use super::pool::{Group, Pool, image, image_in_space};
 
 impl<S: Simd> Pool<S> {
     /// The affine part before the variations, what these add up to, and what becomes of the sum.
     #[inline(always)]
     pub(super) fn enter<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
-        self.map::<HAS_Z>(&chosen.affine, group);
+        self.map::<HAS_Z>(chosen, group);
         for passed in &chosen.before {
             self.pass::<HAS_Z>(passed, group);
             std::mem::swap(&mut self.points, &mut self.sums);
@@ -35,22 +34,26 @@ impl<S: Simd> Pool<S> {
         }
     }
 
-    /// The affine part, with nothing added up yet. It leaves z alone.
+    /// The affine parts, with nothing added up yet.
     #[inline(always)]
-    fn map<const HAS_Z: bool>(&mut self, affine: &Affine, group: Group) {
-        let simd = self.simd;
+    fn map<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
+        let (simd, tilt) = (self.simd, chosen.tilt.as_ref());
         for vector in group.vectors() {
             let x = Lanes(f32x16::load_array_ref(simd, &self.next.x[vector]));
             let y = Lanes(f32x16::load_array_ref(simd, &self.next.y[vector]));
-            let (x, y) = image(affine, x, y);
+            let (mut x, mut y) = image(&chosen.affine, x, y);
+            if HAS_Z {
+                let mut z = Lanes(f32x16::load_array_ref(simd, &self.next.z[vector]));
+                if let Some(rows) = tilt {
+                    [x, y, z] = image_in_space(rows, [x, y, z]);
+                }
+                z.0.store_array(&mut self.points[2][vector]);
+                self.sums[2][vector] = [0.0; LANES];
+            }
             x.0.store_array(&mut self.points[0][vector]);
             y.0.store_array(&mut self.points[1][vector]);
             self.sums[0][vector] = [0.0; LANES];
             self.sums[1][vector] = [0.0; LANES];
-            if HAS_Z {
-                self.points[2][vector] = self.next.z[vector];
-                self.sums[2][vector] = [0.0; LANES];
-            }
         }
     }
 

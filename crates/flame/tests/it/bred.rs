@@ -78,7 +78,9 @@ fn xform(rng: &mut Rng) -> Xform {
     kinds.sort();
     kinds.dedup();
     for kind in kinds {
-        let params: Vec<f64> = kind.parameters().iter().map(|_| 2.0 + rng.unit()).collect();
+        // flam3's logarithm has one base.
+        let own = kind.parameters().iter().filter(|_| kind != Kind::Log);
+        let params: Vec<f64> = own.map(|_| 2.0 + rng.unit()).collect();
         xform.variations.push(Variation::new(kind, rng.signed()).with(&params));
     }
     xform.motions = (0..below(rng, 3)).map(|_| wave(rng, &xform.variations)).collect();

@@ -133,6 +133,39 @@ fn many_orbits_in_space_are_where_one_is() {
 }
 
 #[test]
+fn affine_parts_of_all_planes_are_one_map_of_space() {
+    let half_turn = "-1 0 0 -1 0 0";
+    let pitched = |attributes: &str| flame(&format!("linear3D=\"1\" {attributes}"), "cam_pitch=\"0.7\"", "");
+    for (name, one, other) in [
+        (
+            "about x, with the translation of `coefs` after it",
+            pitched("yzCoefs=\"0.8 0.6 -0.6 0.8 0 0\""),
+            pitched(
+                "pre_affine3D=\"1\" pre_affine3D_rotateX=\"36.8698976458440\" pre_affine3D_translateY=\"0.06\" \
+                 pre_affine3D_translateZ=\"-0.18\"",
+            ),
+        ),
+        (
+            "half a turn and back",
+            pitched(&format!("zxCoefs=\"{half_turn}\" zxPost=\"{half_turn}\"")),
+            pitched("post=\"1 0 0 1 0.8 0\""),
+        ),
+    ] {
+        let off = psnr(&picture(&one), &picture(&other));
+        assert!(off > 35.0, "{name}: {off} dB");
+    }
+    let tilted = flame("linear3D=\"1\" yzCoefs=\"0.8 0.6 -0.6 0.8 0.2 0.1\"", "", "");
+    let off = psnr(&picture(&tilted), &drawn(&tilted, 0.0, Arithmetic::Reference));
+    assert!(off > 35.0, "{off} dB");
+    let plain = flame("linear3D=\"1\"", "", "");
+    assert!(psnr(&picture(&tilted), &picture(&plain)) < 25.0);
+    // It comes from nothing.
+    let [from, to] = [&plain, &tilted].map(|genome| Loop::new(genome, 1800.0));
+    let off = psnr(&drawn(&Transition::new(&from, &to, 900.0), 0.01, Arithmetic::Fastest), &picture(&plain));
+    assert!(off > 35.0, "{off} dB");
+}
+
+#[test]
 fn what_replaces_the_point_comes_from_nothing() {
     let plain = Loop::new(&flame("linear=\"0.9\"", "", ""), 1800.0);
     for with in [

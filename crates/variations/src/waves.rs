@@ -1,0 +1,86 @@
+//! Formulas of other programs that add waves to the point.
+//!
+//! Owns those in the plane. The letters are those of `plain.rs`.
+//!
+//! # Source
+//! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
+
+use super::formulas::{formulas, over};
+use super::roots::NEAREST;
+use super::space::bent;
+use crate::number::Number;
+
+formulas! {
+    Waves2b(v, x, y) {
+        let [x_frequency, y_frequency, x_power, y_power, x_scale, x_far, y_scale, y_far, unity, ..] = v.p;
+        let height = |at: N, scale: f64, far: f64| over((scale - far) * unity, at * at + unity) + far;
+        let wave = |at: N, power: f64, frequency: f64| (bent(at, power) * frequency).sin();
+        (
+            (x + height(x, x_scale, x_far) * wave(y, x_power, x_frequency)) * v.w,
+            (y + height(y, y_scale, y_far) * wave(x, y_power, y_frequency)) * v.w,
+        )
+    }
+
+    Waves2Wf(v, x, y) {
+        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
+        (
+            (x * x_damp + wave(y * x_frequency, x_is_cos) * x_scale) * v.w,
+            (y * y_damp + wave(x * y_frequency, y_is_cos) * y_scale) * v.w,
+        )
+    }
+
+    Waves3Wf(v, x, y) {
+        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
+        let (x_wave, y_wave) = (wave(y * x_frequency, x_is_cos), wave(x * y_frequency, y_is_cos));
+        ((x * x_damp + x_wave * x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_wave * y_scale) * v.w)
+    }
+
+    Waves4Wf(v, x, y) {
+        let [x_damp, x_scale, x_frequency, x_is_cos, y_damp, y_scale, y_frequency, y_is_cos, ..] = v.p;
+        let cubed = |angle: N, is_cos: f64| {
+            let (sin, cos) = angle.sin_cos();
+            sin * cos * if is_cos == 0.0 { sin } else { cos }
+        };
+        let (x_wave, y_wave) = (cubed(y * x_frequency, x_is_cos), cubed(x * y_frequency, y_is_cos));
+        ((x * x_damp + x_wave * x_scale) * v.w, (y * y_damp + y_wave * y_scale) * v.w)
+    }
+
+    Waves3(v, x, y) {
+        let [x_scale, y_scale, x_frequency, y_frequency, x_swell, y_swell, ..] = v.p;
+        let wave = |at: N, frequency: f64, swell: f64| (at * frequency).sin() * ((at * swell).sin() + 1.0);
+        (
+            (x + wave(y, x_frequency, x_swell) * x_scale) * v.w,
+            (y + wave(x, y_frequency, y_swell) * y_scale) * v.w,
+        )
+    }
+
+    Waves22(v, x, y) {
+        let [x_scale, y_scale, x_frequency, y_frequency, x_mode, y_mode, x_power, y_power, x_is_odd, y_is_odd, ..] = v.p;
+        let wave = |angle: N, mode: f64, power: f64, is_odd: f64| {
+            let sin = angle.sin();
+            let sin = if mode < 0.5 { sin } else { (sin + 1.0) * 0.5 };
+            let grown = sin.abs().pow(sin.like(power));
+            if is_odd == 0.0 { grown } else { grown.copysign(sin) }
+        };
+        (
+            (x + wave(y * x_frequency, x_mode, x_power, x_is_odd) * x_scale) * v.w,
+            (y + wave(x * y_frequency, y_mode, y_power, y_is_odd) * y_scale) * v.w,
+        )
+    }
+
+    Stwin(v, x, y) {
+        let [turns, xy, x2, y2, ..] = v.p;
+        let (small_x, small_y) = (x * (v.w * 0.05), y * (v.w * 0.05));
+        let (square_x, square_y) = (small_x * small_x + x2, small_y * small_y + y2);
+        let sum = square_x + square_y;
+        let sum = sum.abs().max(x.like(NEAREST)).copysign(sum);
+        let wave = (square_x - square_y) * ((small_x + small_y + xy) * turns).sin() / sum;
+        (x * v.w + wave, y * v.w + wave)
+    }
+}
+
+/// The sine, or the cosine.
+#[inline(always)]
+fn wave<N: Number>(angle: N, is_cos: f64) -> N {
+    if is_cos == 0.0 { angle.sin() } else { angle.cos() }
+}
