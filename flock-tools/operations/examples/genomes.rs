@@ -23,7 +23,7 @@ use species::Genome as _;
 
 /// The larger side of pictures, and their samples per pixel.
 const SIDE: u32 = 160;
-const SAMPLES: f64 = 500.0;
+const SAMPLES: f64 = 1500.0;
 
 /// At least so many of 100 genomes draw, by the program that wrote them.
 const LEAST_DRAWN: [(Program, f64); 2] = [(Program::Fractorium, 85.0), (Program::JWildfire, 65.0)];
@@ -143,6 +143,8 @@ fn their_picture(program: Program, genome: &Genome, text: &str) -> Option<Image>
     } else {
         command.arg(format!("--in={}", file.display())).arg(format!("--out={}", picture.display()));
         command.args([format!("--ss={scale}"), format!("--quality={SAMPLES}"), "--format=png".to_owned()]);
+        // Otherwise it draws `cross`, `sin` and others not as flam3, and one of four cells of a pixel only.
+        command.args(["--flam3_compat", "--supersample=1"]);
     }
     command.output().ok().filter(|done| done.status.success())?;
     read(&picture)
@@ -165,7 +167,8 @@ fn our_picture(genome: &Genome, theirs: &Image, renderer: &Renderer) -> Option<I
         size: Some([theirs.width as u32, theirs.height as u32]),
         spp: Some(SAMPLES),
         temporal_samples: Some(1),
-        filter: Filter::None,
+        supersample: Some(1),
+        filter: Filter::Flam3,
         ..Settings::default()
     };
     renderer.render(genome, 0.0, &settings).ok()

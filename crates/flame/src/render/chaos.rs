@@ -40,7 +40,7 @@ impl Game for Reference {
             let plan = shot.plan(step);
             if (step - steps.start).is_multiple_of(STEPS) {
                 orbit = Orbit::new(orbit.rng);
-                for _ in 0..FUSE {
+                for _ in 0..shot.fuse {
                     orbit.step(plan);
                 }
             }

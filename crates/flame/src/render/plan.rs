@@ -7,12 +7,18 @@
 
 use super::RenderError;
 use super::projection::Projection;
+use super::shot::FUSE;
 use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Tilt, Xform};
 use variations::{Compiled, Depth, Kind, Stage, Variation};
 
 /// The darkest samples, as a part of full brightness: a histogram in whole numbers rounds darker ones too much.
 const DARKEST: f64 = 1.0 / 16.0;
+
+/// A colour that is pulled at least so far at each step, in the mean, is there early in an orbit.
+const SLOW_COLOUR: f64 = 0.03;
+/// A colour that is pulled less than so far stays for the longest orbit: none is waited for.
+const STILL_COLOUR: f64 = 5e-4;
 
 /// A genome ready to be iterated.
 #[derive(Clone, Debug)]
@@ -28,6 +34,8 @@ pub(crate) struct Plan {
     /// From which random number on, of 2^32, each transform but the first is chosen: for each last transform where
     /// there is xaos, else once.
     pub(crate) choices: Vec<Vec<u32>>,
+    /// How many steps an orbit takes until its place and its colour are the flame's.
+    pub(crate) fuse: u64,
     /// From a point to its place in cells.
     pub(crate) to_cells: Affine,
     /// Cells of the histogram, in a row and in a column.
@@ -96,16 +104,11 @@ impl Plan {
         if genome.xforms.iter().all(|xform| xform.weight <= 0.0 || xform.weight.is_nan()) {
             return Err(RenderError::NothingToChoose { xforms: count });
         }
-        let weights = |from: Option<&Xform>| -> Vec<f64> {
-            let chaos = from.map_or(&[][..], |from| &from.chaos);
-            let after = |(i, xform): (usize, &Xform)| xform.weight.max(0.0) * chaos.get(i).map_or(1.0, |c| c.max(0.0));
-            genome.xforms.iter().enumerate().map(after).collect()
-        };
         let xaos = genome.xforms.iter().any(|xform| xform.chaos.iter().any(|weight| *weight != 1.0));
         let choices = if xaos {
-            genome.xforms.iter().map(|from| thresholds(&weights(Some(from)))).collect()
+            genome.xforms.iter().map(|from| thresholds(&weights(&genome, &from.chaos))).collect()
         } else {
-            vec![thresholds(&weights(None))]
+            vec![thresholds(&weights(&genome, &[]))]
         };
         Ok(Plan {
             moves: genome.xforms.iter().map(CompiledXform::new).collect(),
@@ -113,6 +116,7 @@ impl Plan {
             has_z: needs_z(&genome),
             projection: Projection::new(&genome.camera.pose),
             choices,
+            fuse: fuse(&genome),
             to_cells: view.to_cells,
             cells: view.cells,
             first_entry: 0,
@@ -192,6 +196,48 @@ fn needs_z(genome: &Genome) -> bool {
     let has = |depth: Depth| xforms().flat_map(used).any(|variation| variation.kind.depth() == depth);
     let is_tilted = |xform: &Xform| [xform.tilt, xform.post_tilt] != [Tilt::NONE; 2];
     !genome.camera.pose.is_straight() || has(Depth::Reads) || xforms().any(is_tilted)
+}
+
+/// How likely each transform follows one with this chaos: a multiple of it.
+fn weights(genome: &Genome, chaos: &[f64]) -> Vec<f64> {
+    let after = |(i, xform): (usize, &Xform)| xform.weight.max(0.0) * chaos.get(i).map_or(1.0, |c| c.max(0.0));
+    genome.xforms.iter().enumerate().map(after).collect()
+}
+
+/// How many steps an orbit takes until its place and its colour are the flame's: more where colours are pulled slowly.
+fn fuse(genome: &Genome) -> u64 {
+    let pulls = genome.xforms.iter().map(|xform| 1.0 - (1.0 - xform.color_speed).abs().min(1.0));
+    let pulls: Vec<f64> = pulls.collect();
+    if pulls.iter().all(|pull| *pull >= SLOW_COLOUR) {
+        return FUSE;
+    }
+    // How often orbits go through each transform, from step to step.
+    let mut visits = shares(weights(genome, &[]));
+    let next: Vec<Vec<f64>> = genome.xforms.iter().map(|xform| shares(weights(genome, &xform.chaos))).collect();
+    for _ in 0..64 {
+        let mut after = vec![0.0; visits.len()];
+        for (share, next) in visits.iter().zip(&next) {
+            after.iter_mut().zip(next).for_each(|(after, next)| *after += share * next);
+        }
+        // The mean with the last one, so that what alternates comes to rest.
+        visits = visits.iter().zip(after).map(|(before, after)| f64::midpoint(*before, after)).collect();
+    }
+    let pull: f64 = visits.iter().zip(pulls).map(|(share, pull)| share * pull).sum();
+    // A power of two: a fuse that grew from frame to frame would change the noise.
+    if (STILL_COLOUR..SLOW_COLOUR).contains(&pull) { ((2.0 / pull) as u64).next_power_of_two() } else { FUSE }
+}
+
+/// `weights` as parts of their sum; all weights 0 choose the first.
+fn shares(mut weights: Vec<f64>) -> Vec<f64> {
+    let sum: f64 = weights.iter().sum();
+    if sum > 0.0 {
+        for weight in &mut weights {
+            *weight /= sum;
+        }
+    } else if let Some(first) = weights.first_mut() {
+        *first = 1.0;
+    }
+    weights
 }
 
 /// From which number on, of 2^32, a random one chooses each index but the first, by these weights; all weights 0 choose

@@ -14,7 +14,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 use super::bins::Bins;
 use super::draw::Game;
 use super::plan::{CompiledXform, Plan};
-use super::shot::{ENTRIES, FUSE, Shot};
+use super::shot::{ENTRIES, Shot};
 use crate::genome::{Affine, Genome};
 use variations::number::{LANES, LaneRng, Lanes, Number, Random};
 
@@ -389,7 +389,7 @@ impl<S: Simd> Pool<S> {
     fn draw<const HAS_Z: bool>(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) {
         let steps = shot.steps(number);
         self.begin(shot.seed, number);
-        for _ in 0..FUSE {
+        for _ in 0..shot.fuse {
             self.step::<HAS_Z>(shot.plan(steps.start));
         }
         self.samples = 0;

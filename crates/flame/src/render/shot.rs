@@ -20,11 +20,11 @@ use crate::genome::{Genome, Palette, PaletteMode};
 /// Entries of the palette over the colour coordinate: four for each colour of a genome.
 pub(crate) const ENTRIES: usize = 4 * Palette::LEN;
 
-/// Steps before an orbit is on the attractor; they are not seen.
+/// Least steps before an orbit is on the attractor; they are not seen.
 pub(crate) const FUSE: u64 = 20;
 
-/// Least steps of a part; in fewer, the fuse would count.
-const LEAST_STEPS: u64 = 256;
+/// An orbit has so many times the steps of its fuse, at least: in fewer, it would count.
+const LEAST_FUSES: u64 = 12;
 
 /// Most parts of a frame: each begins new orbits, so that all parts of a flame with several attractors are drawn, and
 /// as many threads may have one each.
@@ -53,6 +53,8 @@ pub(crate) struct Shot {
     pub(crate) seed: u64,
     /// Whether points have a z, at any moment.
     pub(crate) has_z: bool,
+    /// Steps of an orbit that are not seen.
+    pub(crate) fuse: u64,
 }
 
 impl Shot {
@@ -86,8 +88,9 @@ impl Shot {
         for plan in &mut plans {
             plan.has_z = has_z;
         }
+        let fuse = plans.iter().map(|plan| plan.fuse).max().unwrap_or(FUSE);
         let plans = plans.into();
-        Ok(Shot { plans, over, begins: Vec::new(), palette, all_steps: 0, seed, has_z }.again(samples, seed))
+        Ok(Shot { plans, over, begins: Vec::new(), palette, all_steps: 0, seed, has_z, fuse }.again(samples, seed))
     }
 
     /// The same frame with at least `samples` other samples: those of `seed`.
@@ -104,7 +107,12 @@ impl Shot {
 
     /// How many parts the frame has; they may be drawn in any order.
     pub(crate) fn parts(&self) -> u64 {
-        (self.all_steps / LEAST_STEPS).clamp(1, MOST_PARTS)
+        (self.all_steps / self.least_steps()).clamp(1, MOST_PARTS)
+    }
+
+    /// Least steps of an orbit, where there are as many.
+    pub(crate) fn least_steps(&self) -> u64 {
+        (LEAST_FUSES * self.fuse).next_power_of_two()
     }
 
     /// The steps of part `number`.

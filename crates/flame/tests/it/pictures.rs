@@ -84,6 +84,23 @@ fn another_renderer_has_another_version() {
 }
 
 #[test]
+fn colours_that_are_pulled_slowly_are_where_they_would_be_after_all_time() {
+    // After the first transform both are as likely; after the second it is 0.3 to 1: 0.684 of all steps are of the second.
+    let text = "<flame size=\"64 48\" scale=\"12\" brightness=\"0.3\" gamma=\"1\">\
+        <xform weight=\"1\" color=\"0\" color_speed=\"0.002\" coefs=\"0.6 0.3 -0.4 0.5 0.5 0.2\" linear=\"1\"/>\
+        <xform weight=\"1\" color=\"1\" color_speed=\"0.002\" coefs=\"0.7 -0.2 0.3 0.6 -0.4 0.3\" linear=\"1\" chaos=\"0.3 1\"/>\
+        </flame>";
+    let mut genome = Genome::parse(text).unwrap();
+    let palette = |entry: usize| [255.0 - entry as f64, 0.0, entry as f64, 255.0];
+    genome.palette = Some(flame::genome::Palette::from_fn(palette));
+    let settings = Settings { size: None, spp: Some(3000.0), ..SMALL };
+    let image = Renderer::new(2).unwrap().render(&genome, 0.0, &settings).unwrap();
+    let [red, blue] = [0, 2].map(|channel| image.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>());
+    let place = blue / (red + blue);
+    assert!((place - 0.5 / (0.5 + 0.3 / 1.3)).abs() < 0.02, "{place}");
+}
+
+#[test]
 fn another_seed_is_another_noise_in_the_same_picture() {
     let renderer = Renderer::new(0).unwrap();
     let draw = |seed| renderer.render(&xaos(), 0.0, &Settings { seed, ..SMALL }).unwrap();

@@ -18,7 +18,7 @@ use super::Gpu;
 use crate::render::RenderError;
 use crate::render::histogram::{Sums, UNIT};
 use crate::render::pool::ORBITS;
-use crate::render::shot::{FUSE, Shot};
+use crate::render::shot::Shot;
 use species::Rng;
 
 /// Orbits that run together.
@@ -26,9 +26,6 @@ pub(super) const ORBITS_OF_WORKGROUP: u32 = 128;
 
 /// Most streams of a frame: with so many, every lane of the largest GPUs has an orbit.
 const MOST_STREAMS: u64 = 128;
-
-/// Least steps of an orbit; in fewer, the fuse would count.
-const LEAST_STEPS: u64 = 256;
 
 /// Samples of a batch, on a GPU and on a software driver: a tenth of a second or less of a GPU that has a display to draw, too,
 /// and of a second on two cores.
@@ -81,7 +78,7 @@ impl<'a> Frame<'a> {
         let carries = shot.samples() * u64::from(UNIT) > u64::from(u32::MAX);
         let [width, height] = shot.plans[0].cells;
         let size_of_sums = (width * height) as u64 * CELL;
-        let streams = (shot.all_steps / LEAST_STEPS).clamp(1, MOST_STREAMS) as u32;
+        let streams = (shot.all_steps / shot.least_steps()).clamp(1, MOST_STREAMS) as u32;
         let begun = begun(shot.seed, streams);
         let largest = size_of_sums.max(size_of_val(words) as u64).max(size_of_val(&shot.palette[..]) as u64);
         let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
@@ -124,12 +121,12 @@ impl<'a> Frame<'a> {
     /// Draws all samples; once `stop` is set, fewer.
     pub(super) fn draw(&self, stop: &AtomicBool) -> Result<(), RenderError> {
         let orbits = self.orbits();
-        let steps = FUSE + self.shot.all_steps.div_ceil(self.streams.into());
+        let steps = self.shot.fuse + self.shot.all_steps.div_ceil(self.streams.into());
         let samples = if self.gpu.is_software { BATCH_OF_SOFTWARE } else { BATCH };
         let count = (samples / u64::from(orbits)).max(1);
         let mut first = 0;
         while first < steps && !stop.load(Ordering::Relaxed) {
-            let begins = first.saturating_sub(FUSE) * u64::from(self.streams);
+            let begins = first.saturating_sub(self.shot.fuse) * u64::from(self.streams);
             let moment = self.shot.begins.partition_point(|moment| *moment <= begins) - 1;
             let [width, height] = self.shot.plans[0].cells;
             let setting = [
@@ -137,7 +134,7 @@ impl<'a> Frame<'a> {
                 height as u32,
                 first as u32,
                 count.min(steps - first) as u32,
-                FUSE as u32,
+                self.shot.fuse as u32,
                 ORBITS as u32,
                 self.streams,
                 self.shot.all_steps as u32,
