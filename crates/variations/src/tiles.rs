@@ -14,22 +14,11 @@ use crate::number::Number;
 formulas! {
     Bwraps(v, x, y) {
         let [size, square, stretch, flatness, inner, outer, ..] = v.p;
-        if size == 0.0 {
-            (x * v.w, y * v.w)
-        } else {
-            let (middle_x, middle_y) = (((x / size).floor() + 0.5) * size, ((y / size).floor() + 0.5) * size);
-            let (off_x, off_y) = (x - middle_x, y - middle_y);
-            let off2 = square_of_radius(off_x, off_y);
+        in_circles([x, y], size, square, v.w, |off_x, off_y, off2| {
             let k = over(stretch, off2 * flatness + 1.0);
             let t = off2 * k * k / square;
-            let (s, c) = (t * (outer - inner) + inner).sin_cos();
-            let (bent_x, bent_y) = (off_x * k, off_y * k);
-            let is_outside = off2.like(square).less(off2);
-            (
-                N::select(is_outside, x, middle_x + bent_x * c + bent_y * s) * v.w,
-                N::select(is_outside, y, middle_y + bent_y * c - bent_x * s) * v.w,
-            )
-        }
+            turned(off_x * k, off_y * k, t * (outer - inner) + inner)
+        })
     }
 
     Boarders2(v, x, y, random) {
@@ -78,19 +67,9 @@ formulas! {
 
     Gnarly(v, x, y) {
         let [size, twist, square, ..] = v.p;
-        if size == 0.0 {
-            (x * v.w, y * v.w)
-        } else {
-            let (middle_x, middle_y) = (((x / size).floor() + 0.5) * size, ((y / size).floor() + 0.5) * size);
-            let (off_x, off_y) = (x - middle_x, y - middle_y);
-            let off2 = square_of_radius(off_x, off_y);
-            let (s, c) = ((off2 / square).max(x.like(NEAREST)).ln() * twist).sin_cos();
-            let is_outside = off2.like(square).less(off2);
-            (
-                N::select(is_outside, x, middle_x + off_x * c + off_y * s) * v.w,
-                N::select(is_outside, y, middle_y + off_y * c - off_x * s) * v.w,
-            )
-        }
+        in_circles([x, y], size, square, v.w, |off_x, off_y, off2| {
+            turned(off_x, off_y, (off2 / square).max(off2.like(NEAREST)).ln() * twist)
+        })
     }
 
     Waffle(v, _, _, random) {
@@ -127,4 +106,33 @@ fn shred<N: Number>(value: N, distance: f64, width: f64) -> N {
     let zero = value.like(0.0);
     let side = N::select(value.less(zero), value.like(-0.5), value.like(0.5));
     ((cells - whole) * width + whole + side * (1.0 - width)) * distance
+}
+
+/// The point, times `weight`, where in the circle of each cell of the width `size` the offset from its middle, whose square is
+/// at most `square`, becomes what `bend` makes of it and of its square.
+#[inline(always)]
+fn in_circles<N: Number>(
+    [x, y]: [N; 2],
+    size: f64,
+    square: f64,
+    weight: f64,
+    bend: impl FnOnce(N, N, N) -> (N, N),
+) -> (N, N) {
+    if size == 0.0 {
+        return (x * weight, y * weight);
+    }
+    let middle = |value: N| ((value / size).floor() + 0.5) * size;
+    let (middle_x, middle_y) = (middle(x), middle(y));
+    let (off_x, off_y) = (x - middle_x, y - middle_y);
+    let off2 = square_of_radius(off_x, off_y);
+    let (bent_x, bent_y) = bend(off_x, off_y, off2);
+    let is_outside = off2.like(square).less(off2);
+    (N::select(is_outside, x, middle_x + bent_x) * weight, N::select(is_outside, y, middle_y + bent_y) * weight)
+}
+
+/// A point, turned clockwise.
+#[inline(always)]
+fn turned<N: Number>(x: N, y: N, angle: N) -> (N, N) {
+    let (s, c) = angle.sin_cos();
+    (x * c + y * s, y * c - x * s)
 }
