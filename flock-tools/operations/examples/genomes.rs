@@ -21,9 +21,11 @@ use operations::species::{palettes, text};
 use serde_json::{Value, json};
 use species::Genome as _;
 
-/// The larger side of pictures, and their samples per pixel.
-const SIDE: u32 = 160;
-const SAMPLES: f64 = 1500.0;
+/// The larger side of pictures, in pixels.
+const SIDE: f64 = 160.0;
+/// Their samples per pixel; those that do not agree by then are drawn once more with the larger number, so that no noise
+/// counts as a difference.
+const SAMPLES: [f64; 2] = [1500.0, 8000.0];
 
 /// At least so many of 100 genomes draw, by the program that wrote them.
 const LEAST_DRAWN: [(Program, f64); 2] = [(Program::Fractorium, 85.0), (Program::JWildfire, 65.0)];
@@ -120,13 +122,34 @@ fn measure(genome: &Genome, text: &str, renderer: &Renderer, sources: &mut BTree
         return;
     }
     source.drawn += 1;
-    let theirs = program.and_then(|program| their_picture(program, &genome, text));
-    let ours = theirs.as_ref().and_then(|theirs| our_picture(&genome, theirs, renderer));
-    source.decibels.extend(theirs.zip(ours).map(|(theirs, ours)| psnr(&ours, &theirs)));
+    let Some(program) = program else { return };
+    let compare = |samples| {
+        let theirs = their_picture(program, &genome, text, samples)?;
+        let ours = our_picture(&genome, samples, renderer).filter(|ours| ours.pixels.len() == theirs.pixels.len())?;
+        Some(psnr(&ours, &theirs))
+    };
+    let [few, many] = SAMPLES;
+    let found = compare(few);
+    source.decibels.extend(if found.is_some_and(|found| found < AGREES_DB) { compare(many) } else { found });
+}
+
+/// How much smaller pictures are than `genome` says, and their size.
+fn reduced(genome: &Genome) -> (f64, [u32; 2]) {
+    let size = genome.camera.size;
+    let factor = SIDE / f64::from(size[0].max(size[1]));
+    (factor, size.map(|side| (f64::from(side) * factor).round() as u32))
+}
+
+/// `text` with the attribute `name` of its flame as `change` makes it.
+fn changed(text: &str, name: &str, change: impl Fn(&str) -> Option<String>) -> Option<String> {
+    let head = &text[..text.find('>')?];
+    let start = head.find(&format!(" {name}=\""))? + name.len() + 3;
+    let end = start + text[start..].find('"')?;
+    Some([&text[..start], &change(&text[start..end])?, &text[end..]].concat())
 }
 
 /// The picture of the program that wrote the genome, where that is installed.
-fn their_picture(program: Program, genome: &Genome, text: &str) -> Option<Image> {
+fn their_picture(program: Program, genome: &Genome, text: &str, samples: f64) -> Option<Image> {
     let (renderer, variables) = match program {
         Program::Flam3 => ("flam3-render", true),
         Program::Fractorium => ("emberrender", false),
@@ -134,15 +157,18 @@ fn their_picture(program: Program, genome: &Genome, text: &str) -> Option<Image>
     };
     let scratch = tempfile::tempdir().ok()?;
     let [file, picture] = ["a.flame", "a.png"].map(|name| scratch.path().join(name));
+    // By what the file says: their own options for size cut off the rest of a pixel, and so move the picture.
+    let (factor, [width, height]) = reduced(genome);
+    let text = changed(text, "size", |_| Some(format!("{width} {height}")))?;
+    let text = changed(&text, "scale", |scale| Some((scale.trim().parse::<f64>().ok()? * factor).to_string()))?;
     fs::write(&file, format!("<flames>{text}</flames>")).ok()?;
-    let scale = f64::from(SIDE) / f64::from(genome.camera.size[0].max(genome.camera.size[1]));
     let mut command = Command::new(renderer);
     if variables {
-        command.env("in", &file).env("out", &picture).env("format", "png").env("ss", scale.to_string());
-        command.env("qs", (SAMPLES / genome.sampling.quality).to_string());
+        command.env("in", &file).env("out", &picture).env("format", "png");
+        command.env("qs", (samples / genome.sampling.quality).to_string());
     } else {
         command.arg(format!("--in={}", file.display())).arg(format!("--out={}", picture.display()));
-        command.args([format!("--ss={scale}"), format!("--quality={SAMPLES}"), "--format=png".to_owned()]);
+        command.args([format!("--quality={samples}"), "--format=png".to_owned()]);
         // Otherwise it draws `cross`, `sin` and others not as flam3, and one of four cells of a pixel only.
         command.args(["--flam3_compat", "--supersample=1"]);
     }
@@ -162,16 +188,19 @@ fn read(path: &Path) -> Option<Image> {
 }
 
 /// Ours, as large as theirs.
-fn our_picture(genome: &Genome, theirs: &Image, renderer: &Renderer) -> Option<Image> {
+fn our_picture(genome: &Genome, samples: f64, renderer: &Renderer) -> Option<Image> {
+    let mut genome = genome.clone();
+    let (factor, size) = reduced(&genome);
+    (genome.camera.size, genome.camera.scale) = (size, genome.camera.scale * factor);
     let settings = Settings {
-        size: Some([theirs.width as u32, theirs.height as u32]),
-        spp: Some(SAMPLES),
+        size: None,
+        spp: Some(samples),
         temporal_samples: Some(1),
         supersample: Some(1),
         filter: Filter::Flam3,
         ..Settings::default()
     };
-    renderer.render(genome, 0.0, &settings).ok()
+    renderer.render(&genome, 0.0, &settings).ok()
 }
 
 /// The peak signal-to-noise ratio of two pictures of one size, in decibels.
