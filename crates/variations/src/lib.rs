@@ -1,7 +1,8 @@
 //! The variations of flames: their names, parameters, stages and formulas.
 //!
 //! Owns the table that the XML reader, the writer, the animation and the renderer share: V0 to V98 of flam3, and after
-//! them those of other programs. `spelling.rs` has the spelling in files, `stage.rs` the order inside a transform,
+//! them those of other programs. `spelling.rs` has the spelling in files, `stage.rs` the order inside a transform, `carry.rs` what
+//! becomes of z in the plane,
 //! `formulas.rs` says what a formula is, `limits.rs` which parameters are not drawn; `number` has the numbers that formulas
 //! calculate with; the other files have the mathematics. Never knows a transform, an orbit or a picture: `flame` does.
 //!
@@ -18,6 +19,7 @@
 
 mod affine;
 mod blurs;
+mod carry;
 mod chance;
 mod complex;
 #[cfg(test)]
@@ -72,6 +74,8 @@ pub struct Variation {
     /// How far it has come, `0.0..=1.0`, where its weight does not say that: in a transition, what replaces the point grows
     /// by it from 0. 1 elsewhere.
     pub presence: f64,
+    /// How much of a point's z a formula of the plane carries, times the weight: 0 or 1, and between them in a transition.
+    pub carry: f64,
 }
 
 impl Variation {
@@ -81,7 +85,7 @@ impl Variation {
         for (slot, parameter) in params.iter_mut().zip(kind.parameters()) {
             *slot = parameter.default;
         }
-        Variation { kind, weight, params, stage: Stage::Sum, number: 0, presence: 1.0 }
+        Variation { kind, weight, params, stage: Stage::Sum, number: 0, presence: 1.0, carry: 0.0 }
     }
 
     /// Whether it changes nothing, whatever its parameters are.
@@ -92,6 +96,17 @@ impl Variation {
     /// Its place among the variations of a transform: no two of a transform have the same.
     pub fn slot(&self) -> Slot {
         Slot { stage: self.stage, kind: self.kind, number: self.number }
+    }
+
+    /// How much of z it adds to the sum in space, times z; 0 of a formula that has a z of its own.
+    pub fn carried(&self) -> f64 {
+        if self.kind.depth() == Depth::None { self.weight * self.presence * self.carry } else { 0.0 }
+    }
+
+    /// What z is multiplied with where it replaces a point in space; `None` for a formula that has a z of its own.
+    pub fn depth_factor(&self) -> Option<f64> {
+        let whole = 1.0 + self.carry * (self.weight - 1.0);
+        (self.kind.depth() == Depth::None).then_some(1.0 + self.presence * (whole - 1.0))
     }
 
     /// The same variation with other parameters, in the order of [`Kind::parameters`].

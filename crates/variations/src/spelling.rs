@@ -31,10 +31,13 @@ pub enum Part {
     Priority,
     /// `.presence`: [`Variation::presence`].
     Presence,
+    /// `.z`: [`Variation::carry`].
+    Carry,
 }
 
 const PRIORITY: &str = "_fx_priority";
 const PRESENCE: &str = ".presence";
+const CARRY: &str = ".z";
 
 /// Names of other programs: theirs, and flam3's.
 const ALIASES: [(&str, &str); 7] = [
@@ -86,11 +89,10 @@ impl Spelling {
     /// What the attribute `name` says, if it is of a variation.
     pub fn of(name: &str) -> Option<Spelling> {
         let (name, number) = without_number(name);
-        if let Some(name) = name.strip_suffix(PRESENCE) {
-            return Spelling::of_part(name, number, Some(Part::Presence));
-        }
-        if let Some(name) = name.strip_suffix(PRIORITY) {
-            return Spelling::of_part(name, number, Some(Part::Priority));
+        for (suffix, part) in [(PRESENCE, Part::Presence), (CARRY, Part::Carry), (PRIORITY, Part::Priority)] {
+            if let Some(name) = name.strip_suffix(suffix) {
+                return Spelling::of_part(name, number, Some(part));
+            }
         }
         Spelling::of_part(&name, number, None)
     }
@@ -137,6 +139,11 @@ impl Variation {
     /// The attribute of its parameter `name`.
     pub fn parameter_attribute(&self, name: &str) -> String {
         format!("{}_{name}", self.attribute())
+    }
+
+    /// The attribute of [`Variation::carry`].
+    pub fn carry_attribute(&self) -> String {
+        self.attribute() + CARRY
     }
 
     /// The attributes that are needed besides to say when it is applied, with their values.
@@ -229,6 +236,7 @@ mod tests {
         assert_eq!(spelled("julian.2_power"), Some((Kind::Julian, Stage::Sum, 1, Part::Parameter(0))));
         assert_eq!(spelled("bubble.2_fx_priority"), Some((Kind::Bubble, Stage::Sum, 1, Part::Priority)));
         assert_eq!(spelled("pre_curl.presence"), Some((Kind::Curl, Stage::Before, 0, Part::Presence)));
+        assert_eq!(spelled("bubble.2.z"), Some((Kind::Bubble, Stage::Sum, 1, Part::Carry)));
         assert_eq!(spelled("flatten"), Some((Kind::Flatten, Stage::After, 0, Part::Weight)));
         for unknown in ["waltz", "julian_waltz", "pre_", "julian.1", "julian_power_fx_priority", "pre_post_curl", ""] {
             assert_eq!(spelled(unknown), None, "{unknown}");

@@ -46,10 +46,12 @@ impl Stage {
 }
 
 /// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part without it.
-const WEIGHTLESS: [Kind; 8] = [
+const WEIGHTLESS: [Kind; 10] = [
     Kind::AxisSymmetryWf,
+    Kind::Circlize,
     Kind::Gaussian,
     Kind::Kaleidoscope,
+    Kind::PointSymmetryWf,
     Kind::RotateX,
     Kind::RotateY,
     Kind::RotateZ,

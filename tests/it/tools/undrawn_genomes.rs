@@ -118,13 +118,13 @@ fn unknown_variations_are_left_out_where_that_is_asked_for_and_the_genome_says_s
 }
 
 #[test]
-fn a_flame_that_is_drawn_flat_is_imported_and_says_so() {
+fn a_flame_of_which_a_part_is_not_drawn_is_imported_and_says_so() {
     let folders = ImportFolders::new("64x48");
-    fs::write(folders.inbox().join("elm.flame"), flame("elm", "preserve_z=\"1\"", "")).unwrap();
+    fs::write(folders.inbox().join("elm.flame"), flame("elm", "wobble=\"1\"", "")).unwrap();
     let (answer, _) = folders.answer_and_notes(0, &["elm.flame"]);
-    assert_eq!(answer["genomes"][0]["without"][0]["why"], "depth", "{answer}");
+    assert_eq!(answer["genomes"][0]["without"][0]["why"], "attribute", "{answer}");
     let told = output(&mut folders.import(&["elm.flame"]));
-    assert!(stderr(&told).contains("is drawn without the depth of `preserve_z`"), "{}", stderr(&told));
+    assert!(stderr(&told).contains("is drawn without the attribute `wobble`"), "{}", stderr(&told));
 }
 
 #[test]

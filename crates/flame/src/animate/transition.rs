@@ -189,6 +189,7 @@ pub(super) fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
         let mut variation = *a;
         variation.weight = mix(a.weight, b.weight, part);
         variation.presence = mix(a.presence, b.presence, part);
+        variation.carry = mix(a.carry, b.carry, part);
         for (slot, (a, b)) in variation.params.iter_mut().zip(a.params.iter().zip(b.params)) {
             *slot = mix(*a, b, part);
         }

@@ -42,7 +42,6 @@ const FLAME: &[(&str, Neutral, Why)] = &[
     ("mixer_mode", Word(&["OFF"]), Why::Effect),
     ("post_blur_radius", At(0.0), Why::Effect),
     ("post_symmetry_type", Word(&["NONE"]), Why::Effect),
-    ("preserve_z", At(0.0), Why::Depth),
     ("saturation", At(1.0), Why::Tone),
     ("sld_render_enabled", Word(&["false"]), Why::Solid),
     ("smooth_gradient", At(0.0), Why::Colour),
@@ -82,6 +81,8 @@ const NEUTRAL_OF_FLAME: &[&str] = &[
     "post_blur_*",
     "post_optix_denoiser_blend",
     "post_symmetry_*",
+    // `carry.rs` reads it.
+    "preserve_z",
     "rand_range",
     "sld_render_*",
     "sub_batch_size",

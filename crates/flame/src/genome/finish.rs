@@ -8,7 +8,10 @@
 use super::curve::Curves;
 
 /// The gain of JWildfire's logarithm: it has `2 log10` where flam3 has the natural logarithm.
-pub(super) const LOG_GAIN: f64 = 2.0 / std::f64::consts::LN_10;
+pub(super) const JWILDFIRE_GAIN: f64 = 2.0 / std::f64::consts::LN_10;
+
+/// The gain of Fractorium's logarithm: it has 255 steps where flam3 has 268.
+pub(super) const FRACTORIUM_GAIN: f64 = 255.0 / 268.0;
 
 /// The white level at which colours are flam3's: it has 256 steps to the 255 of others.
 const WHITE_LEVEL: f64 = 200.0 * 255.0 / 256.0;
@@ -21,7 +24,8 @@ pub(super) const PALETTE_SPAN: f64 = 255.0 / 256.0;
 /// # Source
 /// Pictures of a blurred disc whose density is known, rendered by JWildfire 9.00 with other values of each attribute: the
 /// log-density of a pixel is `log_gain contrast brightness ln(1 + density / contrast)` as flam3 counts both, and
-/// `low_density / (contrast quality (1 + samples))` more; colours are multiplied by `200 balancing / white_level`.
+/// `low_density / (contrast quality (1 + samples))` more; colours are multiplied by `200 balancing / white_level`. Fractorium's
+/// gain: the slope of its grey values against flam3's of the same white flame at gamma 1, 0.9518.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
     /// `contrast`: multiplies log-density and divides density, > 0.
@@ -60,18 +64,28 @@ impl Default for Finish {
 impl Finish {
     /// JWildfire's, where a genome says nothing else.
     pub(super) fn jwildfire() -> Finish {
-        let light = Finish { white_level: 220.0, low_density: 0.24, log_gain: LOG_GAIN, ..Finish::default() };
+        let light = Finish { white_level: 220.0, low_density: 0.24, log_gain: JWILDFIRE_GAIN, ..Finish::default() };
         Finish { palette_span: PALETTE_SPAN, ..light }
     }
 
-    /// Whether light is flam3's but for curves: nothing between densities and colours differs.
-    pub(super) fn has_flam3s_light(&self) -> bool {
-        Finish { palette_span: 1.0, curves: None, ..self.clone() } == Finish::default()
+    /// Whether colours are spread as flam3 does. Genomes whose colours are keep their pictures to the bit.
+    pub(crate) fn has_flam3s_colours(&self) -> bool {
+        self.palette_span == 1.0
+    }
+
+    /// Whether light has something that only JWildfire's has.
+    pub(super) fn has_jwildfires_light(&self) -> bool {
+        Finish { log_gain: 1.0, palette_span: 1.0, curves: None, ..self.clone() } != Finish::default()
     }
 
     /// What differs from flam3's tone, in words, in the order in which it is applied.
     pub fn names(&self) -> Vec<&'static str> {
-        let light = if self.has_flam3s_light() { None } else { Some("JWildfire's light") };
+        let light = match self.log_gain {
+            _ if self.has_jwildfires_light() => Some("JWildfire's light"),
+            1.0 => None,
+            FRACTORIUM_GAIN => Some("Fractorium's light"),
+            _ => Some("another gain of light"),
+        };
         let span = (self.palette_span != 1.0).then_some("colours up to the palette's last one");
         span.into_iter().chain(light).chain(self.curves.as_ref().map(|_| "tone curves")).collect()
     }
@@ -125,5 +139,6 @@ mod tests {
         assert!(beyond.contrast > 0.0 && beyond.log_gain > 0.0 && beyond.white_level > 0.0, "{beyond:?}");
         assert_eq!(flam3.names(), [""; 0]);
         assert_eq!(artist.names(), ["colours up to the palette's last one", "JWildfire's light"]);
+        assert_eq!(Finish { log_gain: FRACTORIUM_GAIN, ..Finish::default() }.names(), ["Fractorium's light"]);
     }
 }

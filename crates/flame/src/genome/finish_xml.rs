@@ -7,12 +7,12 @@
 use roxmltree::Node;
 
 use super::curve::Curves;
-use super::finish::{Finish, LOG_GAIN, PALETTE_SPAN};
+use super::finish::{FRACTORIUM_GAIN, Finish, JWILDFIRE_GAIN, PALETTE_SPAN};
 use super::parse::{attributes, list, wrong};
 use super::{Element, Genome, GenomeError, Program};
 
 /// JWildfire's attributes; the one that all its genomes and no others have comes first.
-const LIGHT: [&str; 8] = [
+const LIGHT: [&str; 7] = [
     "white_level",
     "contrast",
     "low_density_brightness",
@@ -20,7 +20,6 @@ const LIGHT: [&str; 8] = [
     "balancing_green",
     "balancing_blue",
     "saturation",
-    "log_gain",
 ];
 
 /// The splines of all channels together, of red, of green and of blue.
@@ -32,6 +31,15 @@ const BACKGROUND: [&str; 5] = ["background_ul", "background_ur", "background_ll"
 /// Whether a program spreads colours up to the last one of the palette.
 fn has_wide_palette(program: Option<Program>) -> bool {
     matches!(program, Some(Program::Fractorium | Program::JWildfire))
+}
+
+/// The gain of a light that says none.
+fn usual_gain(program: Option<Program>, is_jwildfires: bool) -> f64 {
+    match program {
+        _ if is_jwildfires => JWILDFIRE_GAIN,
+        Some(Program::Fractorium) => FRACTORIUM_GAIN,
+        _ => 1.0,
+    }
 }
 
 /// Takes what it knows of other programs' tone out of the attributes of `genome` that are kept.
@@ -46,10 +54,13 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
         }
         kept.genome.camera.scale = scale;
     }
-    if program == Some(Program::JWildfire) || kept.has(LIGHT[0]) {
+    let is_jwildfires = program == Some(Program::JWildfire) || kept.has(LIGHT[0]);
+    if is_jwildfires {
         kept.light()?;
         kept.background();
     }
+    let gain = kept.number("log_gain", |gain| gain > 0.0, "a number above 0")?;
+    kept.genome.finish.log_gain = gain.unwrap_or_else(|| usual_gain(program, is_jwildfires));
     if has_wide_palette(program) {
         kept.genome.finish.palette_span = PALETTE_SPAN;
     }
@@ -107,7 +118,6 @@ impl Kept<'_, '_, '_> {
             (green, false),
             (blue, false),
             (&mut finish.saturation, false),
-            (&mut finish.log_gain, true),
         ];
         for (name, (slot, is_above_0)) in LIGHT.into_iter().zip(slots) {
             let found = match name {
@@ -182,18 +192,19 @@ impl Genome {
     /// Writes other programs' tone into the attributes of `<flame>`: nothing of flam3's, unless `version` stands for another.
     pub(super) fn write_finish(&self, root: &mut Element) {
         let (finish, program) = (&self.finish, self.program());
+        let is_jwildfires = finish.has_jwildfires_light() || program == Some(Program::JWildfire);
         // A genome with such a light has such a palette, if it says no other.
-        if finish.palette_span != 1.0 || has_wide_palette(program) || !finish.has_flam3s_light() {
+        if finish.palette_span != 1.0 || has_wide_palette(program) || is_jwildfires {
             root.set("palette_span", finish.palette_span);
         }
-        if !finish.has_flam3s_light() || program == Some(Program::JWildfire) {
+        if finish.log_gain != usual_gain(program, is_jwildfires) {
+            root.set("log_gain", finish.log_gain);
+        }
+        if is_jwildfires {
             let [red, green, blue] = finish.balancing;
             let values = [finish.white_level, finish.contrast, finish.low_density, red, green, blue, finish.saturation];
             for (name, value) in LIGHT.into_iter().zip(values) {
                 root.set(name, value);
-            }
-            if finish.log_gain != LOG_GAIN {
-                root.set("log_gain", finish.log_gain);
             }
         }
         match finish.curves.as_deref() {

@@ -6,6 +6,7 @@
 //! Start at [`Genome::parse_all`] and [`Genome::to_xml`].
 
 mod attributes;
+mod carry;
 mod choices;
 mod curve;
 mod error;

@@ -32,6 +32,12 @@ impl Palette {
         })
     }
 
+    /// Whether colours that follow each other differ by more than an eighth of the range, in any channel.
+    pub(crate) fn is_uneven(&self) -> bool {
+        let differ = |pair: &[[f64; 4]]| (0..3).any(|channel| (pair[1][channel] - pair[0][channel]).abs() > 32.0);
+        self.entries.windows(2).any(differ)
+    }
+
     /// The colour of the entry in which `coordinate` (`0.0..=1.0`) falls.
     pub fn step(&self, coordinate: f64) -> [f64; 4] {
         self.entries[((coordinate * Palette::LEN as f64) as usize).min(Palette::LEN - 1)]

@@ -9,12 +9,13 @@ use std::str::FromStr;
 
 use roxmltree::Node;
 
+use super::carry::Carrier;
 use super::value::{integer, without_nan};
 use super::{
-    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place, Space,
-    TemporalShape, Wave, Xform,
+    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place,
+    Program, Space, TemporalShape, Wave, Xform,
 };
-use variations::{Kind, Part, Slot, Spelling, Variation};
+use variations::{Kind, Part, Slot, Spelling, Stage, Variation};
 
 /// How many characters of a wrong value are told.
 const SHOWN: usize = 80;
@@ -50,10 +51,11 @@ pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
             Read::Taken | Read::Wrong(_) => {}
         }
     }
+    let carrier = Carrier::of(&genome);
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
-            "xform" => genome.xforms.push(xform(child)?),
-            "finalxform" => genome.finals.push(xform(child)?),
+            "xform" => genome.xforms.push(xform(child, carrier)?),
+            "finalxform" => genome.finals.push(xform(child, carrier)?),
             "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
             "color" | "colors" | "palette" if super::palette_xml::has_colours(child) => {
                 super::palette_xml::read(child, &mut genome)?;
@@ -63,6 +65,9 @@ pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
             }
             _ => genome.children.push(element(child)),
         }
+    }
+    if genome.program() == Some(Program::Fractorium) {
+        genome.xforms.iter_mut().chain(&mut genome.finals).for_each(pass_on);
     }
     super::palette_xml::fill(&mut genome);
     super::finish_xml::settle(&mut genome, node)?;
@@ -156,7 +161,7 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
     }
 }
 
-fn xform(node: Node) -> Result<Xform, GenomeError> {
+fn xform(node: Node, carrier: Carrier) -> Result<Xform, GenomeError> {
     let mut xform = Xform::default();
     for attribute in attributes(node) {
         let (name, value) = (attribute.name(), attribute.value());
@@ -174,6 +179,8 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
             Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
         }
     }
+    // Before any variation moves to another stage: the attribute has its name of the file.
+    super::carry::settle(&mut xform, carrier);
     apply_priorities(&mut xform);
     apply_choices(&mut xform);
     for child in node.children().filter(Node::is_element) {
@@ -232,8 +239,8 @@ pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) ->
             Part::Weight => number(&mut entry(xform, slot).weight, value),
             Part::Parameter(index) => number(&mut entry(xform, slot).params[index], value),
             Part::Presence => number(&mut entry(xform, slot).presence, value),
-            // Only when the variation is known: `apply_priorities` reads it.
-            Part::Priority => Read::Unknown,
+            // Only when the variation is known: `apply_priorities` reads it, and `carry.rs`.
+            Part::Priority | Part::Carry => Read::Unknown,
         };
     }
     match name {
@@ -257,6 +264,19 @@ pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) ->
             None => Read::Wrong("a variation's number"),
         },
         _ => Read::Unknown,
+    }
+}
+
+/// Has a transform that has variations before the sum and none in it pass the point on, as Fractorium does: its sum gets
+/// `linear`. (Without either, the point goes to 0 there, too.)
+fn pass_on(xform: &mut Xform) {
+    let used = || xform.variations.iter().filter(|variation| !variation.is_absent());
+    let is_before = |variation: &Variation| {
+        variation.kind == Kind::PreBlur || matches!(variation.stage, Stage::Before | Stage::AddedBefore)
+    };
+    if used().any(is_before) && used().all(|variation| is_before(variation) || variation.stage != Stage::Sum) {
+        let linear = entry(xform, Variation::new(Kind::Linear, 0.0).slot());
+        (linear.weight, linear.carry) = (1.0, 1.0);
     }
 }
 

@@ -62,8 +62,6 @@ pub enum Why {
     Colour,
     /// A value that changes with time along a curve.
     Curve,
-    /// Depth, which is drawn flat.
-    Depth,
     /// Another picture made of the picture: symmetry, blur, mixed channels.
     Effect,
     /// An element, which is unknown.
@@ -92,7 +90,6 @@ impl Why {
             Why::Background => "background",
             Why::Colour => "colour",
             Why::Curve => "curve",
-            Why::Depth => "depth",
             Why::Effect => "effect",
             Why::Element => "element",
             Why::LeftOut => "left-out",
@@ -112,7 +109,6 @@ impl Why {
             Why::Background => "the background",
             Why::Colour => "the colouring",
             Why::Curve => "the curve over time",
-            Why::Depth => "the depth of",
             Why::Effect => "the effect",
             Why::Element => "the element",
             Why::LeftOut | Why::Variation => "the variation",
@@ -288,9 +284,9 @@ impl Unsupported {
         Unsupported { refused: Reasons(refused), without }
     }
 
-    /// Adds what is not drawn: depth and what the artist has left out are no reason to refuse a genome.
+    /// Adds what is not drawn: what the artist has left out is no reason to refuse a genome.
     fn add(&mut self, place: &str, name: &str, value: &str, why: Why) {
-        let reasons = if matches!(why, Why::Depth | Why::LeftOut) { &mut self.without } else { &mut self.refused };
+        let reasons = if why == Why::LeftOut { &mut self.without } else { &mut self.refused };
         reasons.0.push(Reason::new(place, name, value, why));
     }
 

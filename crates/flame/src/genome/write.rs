@@ -6,6 +6,7 @@
 
 use std::fmt::{Display, Write};
 
+use super::carry::Carrier;
 use super::{Affine, Element, Genome, Palette, PaletteBlend, Wave, Xform};
 
 impl Genome {
@@ -32,8 +33,9 @@ impl Genome {
         root.set("interpolation", self.interpolation.name());
         root.set("interpolation_type", self.space.name());
         root.attributes.extend(self.extra.iter().cloned());
-        root.children.extend(self.xforms.iter().map(|xform| xform.element("xform")));
-        root.children.extend(self.finals.iter().map(|xform| xform.element("finalxform")));
+        let carrier = Carrier::of(self);
+        root.children.extend(self.xforms.iter().map(|xform| xform.element("xform", carrier)));
+        root.children.extend(self.finals.iter().map(|xform| xform.element("finalxform", carrier)));
         for kind in &self.symmetries {
             let mut symmetry = Element { tag: "symmetry".into(), ..Element::default() };
             symmetry.set("kind", kind);
@@ -83,7 +85,7 @@ impl Genome {
 }
 
 impl Xform {
-    fn element(&self, tag: &str) -> Element {
+    fn element(&self, tag: &str, carrier: Carrier) -> Element {
         let mut element = Element { tag: tag.into(), ..Element::default() };
         element.children.extend(self.motions.iter().map(Wave::element));
         element.children.extend(self.children.iter().cloned());
@@ -110,6 +112,9 @@ impl Xform {
             }
             for (name, value) in variation.stage_attributes() {
                 element.set(&name, value);
+            }
+            if variation.carry != carrier.usual(variation.kind) {
+                element.set(&variation.carry_attribute(), variation.carry);
             }
         }
         element.attributes.extend(self.extra.iter().cloned());

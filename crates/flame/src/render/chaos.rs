@@ -11,9 +11,9 @@ use super::bins::Bins;
 use super::draw::Game;
 use super::plan::{CompiledXform, Passed, Plan, Summand};
 use super::pool::ORBITS;
-use super::shot::{ENTRIES, FUSE, Shot};
+use super::shot::{FUSE, Shot};
 use species::Rng;
-use variations::{Compiled, Depth, Formula, Visitor};
+use variations::{Compiled, Formula, Visitor};
 
 /// Steps of a shot that an orbit takes part in: 8,192 samples.
 const STEPS: u64 = 4;
@@ -109,8 +109,8 @@ impl Orbit {
             return;
         }
         let cell = down as usize * width + across as usize;
-        let entry = ((colour * ENTRIES as f64) as usize).min(ENTRIES - 1);
-        bins.add(cell as u32, plan.first_entry(self.last) + entry as u32);
+        let entry = ((colour * f64::from(plan.entries)) as u32).min(plan.entries - 1);
+        bins.add(cell as u32, plan.first_entry(self.last) + entry);
     }
 }
 
@@ -150,6 +150,7 @@ fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng)
                 added(sum, part(variation, point, has_z, rng).map(|axis| axis * presence))
             }
             Summand::Running(passed) => passed_on(passed, sum, has_z, rng),
+            Summand::Carried(share) => added(sum, [0.0, 0.0, share * point[2]]),
         };
     }
     for passed in &xform.after {
@@ -171,10 +172,13 @@ fn tilted(rows: Option<&[[f64; 4]; 3]>, [x, y, z]: [f64; 3]) -> [f64; 3] {
 fn passed_on(passed: &Passed, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
     let mut result = part(&passed.variation, point, has_z, rng);
     let Some(presence) = passed.presence else { return added(point, result) };
-    if passed.variation.kind.depth() == Depth::None {
-        result[2] = point[2];
+    for axis in 0..3 {
+        result[axis] = point[axis] + (result[axis] - point[axis]) * presence;
     }
-    std::array::from_fn(|axis| point[axis] + (result[axis] - point[axis]) * presence)
+    if let Some(factor) = passed.depth_factor {
+        result[2] = point[2] * factor;
+    }
+    result
 }
 
 fn added(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

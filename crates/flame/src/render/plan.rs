@@ -16,7 +16,9 @@ use variations::{Compiled, Depth, Kind, Stage, Variation};
 const DARKEST: f64 = 1.0 / 16.0;
 
 /// A colour that is pulled at least so far at each step, in the mean, is there early in an orbit.
-const SLOW_COLOUR: f64 = 0.03;
+const SLOW_COLOUR: f64 = 0.125;
+/// The same in genomes whose pictures stay as they were: up to 7 % of a colour may be that of the beginning.
+const SLOW_FLAM3_COLOUR: f64 = 0.03;
 /// A colour that is pulled less than so far stays for the longest orbit: none is waited for.
 const STILL_COLOUR: f64 = 5e-4;
 
@@ -40,6 +42,8 @@ pub(crate) struct Plan {
     pub(crate) to_cells: Affine,
     /// Cells of the histogram, in a row and in a column.
     pub(crate) cells: [usize; 2],
+    /// Entries of the palette over the colour coordinate.
+    pub(crate) entries: u32,
     /// The palette's entries for the first transform.
     pub(crate) first_entry: u32,
     /// How many entries on are those for the next one.
@@ -77,6 +81,8 @@ pub(crate) struct Passed {
     pub(crate) variation: Compiled,
     /// How far its result replaces what it is applied to; none where it is added.
     pub(crate) presence: Option<f64>,
+    /// What z is multiplied with where its formula has none.
+    pub(crate) depth_factor: Option<f64>,
 }
 
 /// A variation of a sum.
@@ -88,6 +94,8 @@ pub(crate) enum Summand {
     Part { variation: Compiled, presence: f64 },
     /// Of the sum so far, which it replaces.
     Running(Passed),
+    /// So much of the point's z, of all formulas of the plane.
+    Carried(f64),
 }
 
 impl Plan {
@@ -110,15 +118,18 @@ impl Plan {
         } else {
             vec![thresholds(&weights(&genome, &[]))]
         };
+        let has_z = needs_z(&genome);
+        let compiled = |xforms: &[Xform]| xforms.iter().map(|xform| CompiledXform::new(xform, has_z)).collect();
         Ok(Plan {
-            moves: genome.xforms.iter().map(CompiledXform::new).collect(),
-            lenses: genome.finals.iter().map(CompiledXform::new).collect(),
-            has_z: needs_z(&genome),
+            moves: compiled(&genome.xforms),
+            lenses: compiled(&genome.finals),
+            has_z,
             projection: Projection::new(&genome.camera.pose),
             choices,
             fuse: fuse(&genome),
             to_cells: view.to_cells,
             cells: view.cells,
+            entries: 0,
             first_entry: 0,
             entries_on: 0,
         })
@@ -148,23 +159,33 @@ impl Plan {
 }
 
 impl CompiledXform {
-    fn new(xform: &Xform) -> CompiledXform {
+    fn new(xform: &Xform, has_z: bool) -> CompiledXform {
         let (mut before, mut variations, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        let mut carried = 0.0;
         for variation in used(xform) {
             let presence = variation.stage.replaces().then_some(variation.presence);
             let compiled = Compiled::new(variation, &xform.affine);
-            let passed = Passed { variation: compiled, presence };
+            let passed = Passed { variation: compiled, presence, depth_factor: variation.depth_factor() };
             match variation.stage {
                 Stage::Before | Stage::AddedBefore => before.push(passed),
                 // flam3's own.
                 Stage::Sum if variation.kind == Kind::PreBlur => before.push(passed),
-                Stage::Sum if variation.presence == 1.0 => variations.push(Summand::Plain(compiled)),
-                Stage::Sum => variations.push(Summand::Part { variation: compiled, presence: variation.presence }),
-                Stage::Running => variations.push(Summand::Running(passed)),
+                Stage::Running => {
+                    variations.extend(carries(&mut carried, has_z));
+                    variations.push(Summand::Running(passed));
+                }
+                Stage::Sum => {
+                    carried += variation.carried();
+                    variations.push(match variation.presence {
+                        1.0 => Summand::Plain(compiled),
+                        presence => Summand::Part { variation: compiled, presence },
+                    });
+                }
                 Stage::After | Stage::AddedAfter => after.push(passed),
                 Stage::Never => {}
             }
         }
+        variations.extend(carries(&mut carried, has_z));
         let opacity = xform.opacity.clamp(0.0, 1.0);
         let visibility = if opacity == 0.0 { 0.0 } else { libm::pow(10.0, libm::log2(opacity)) };
         let brightness = if visibility == 0.0 { 0.0 } else { visibility.max(DARKEST) };
@@ -183,6 +204,12 @@ impl CompiledXform {
             opacity,
         }
     }
+}
+
+/// What adds so much of z, once; nothing in a flame without z.
+fn carries(carried: &mut f64, has_z: bool) -> Option<Summand> {
+    let carried = std::mem::take(carried);
+    (has_z && carried != 0.0).then_some(Summand::Carried(carried))
 }
 
 /// The variations of `xform` that change something.
@@ -208,7 +235,8 @@ fn weights(genome: &Genome, chaos: &[f64]) -> Vec<f64> {
 fn fuse(genome: &Genome) -> u64 {
     let pulls = genome.xforms.iter().map(|xform| 1.0 - (1.0 - xform.color_speed).abs().min(1.0));
     let pulls: Vec<f64> = pulls.collect();
-    if pulls.iter().all(|pull| *pull >= SLOW_COLOUR) {
+    let slow = if genome.finish.has_flam3s_colours() { SLOW_FLAM3_COLOUR } else { SLOW_COLOUR };
+    if pulls.iter().all(|pull| *pull >= slow) {
         return FUSE;
     }
     // How often orbits go through each transform, from step to step.
@@ -224,7 +252,8 @@ fn fuse(genome: &Genome) -> u64 {
     }
     let pull: f64 = visits.iter().zip(pulls).map(|(share, pull)| share * pull).sum();
     // A power of two: a fuse that grew from frame to frame would change the noise.
-    if (STILL_COLOUR..SLOW_COLOUR).contains(&pull) { ((2.0 / pull) as u64).next_power_of_two() } else { FUSE }
+    let is_slow = (STILL_COLOUR..slow).contains(&pull);
+    if is_slow { ((2.0 / pull) as u64).next_power_of_two().max(FUSE) } else { FUSE }
 }
 
 /// `weights` as parts of their sum; all weights 0 choose the first.

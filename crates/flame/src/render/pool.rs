@@ -14,7 +14,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 use super::bins::Bins;
 use super::draw::Game;
 use super::plan::{CompiledXform, Plan};
-use super::shot::{ENTRIES, Shot};
+use super::shot::Shot;
 use crate::genome::{Affine, Genome};
 use variations::number::{LANES, LaneRng, Lanes, Number, Random};
 
@@ -372,8 +372,8 @@ impl<S: Simd> Pool<S> {
         let column: u32x16<S> = seen.select(across.0, zero).to_int();
         let row: u32x16<S> = seen.select(down.0, zero).to_int();
         let cell = row * (width as u32) + column;
-        let steps = Lanes(colour * ENTRIES as f32);
-        let steps = steps.max(steps.like(0.0)).min(steps.like((ENTRIES - 1) as f64));
+        let steps = Lanes(colour * plan.entries as f32);
+        let steps = steps.max(steps.like(0.0)).min(steps.like(f64::from(plan.entries - 1)));
         let entry: u32x16<S> = steps.0.to_int();
         let entry = entry + plan.first_entry(number);
         let mask = mask32x16::from_bitmask(simd, bits);

@@ -18,7 +18,10 @@ use super::view::{View, in_range};
 use crate::genome::{Genome, Palette, PaletteMode};
 
 /// Entries of the palette over the colour coordinate: four for each colour of a genome.
-pub(crate) const ENTRIES: usize = 4 * Palette::LEN;
+const ENTRIES: usize = 4 * Palette::LEN;
+
+/// The same where colours that follow each other differ widely: a colour that does not move would be seen as one beside it.
+const FINE_ENTRIES: usize = 4 * ENTRIES;
 
 /// Least steps before an orbit is on the attractor; they are not seen.
 pub(crate) const FUSE: u64 = 20;
@@ -45,7 +48,7 @@ pub(crate) struct Shot {
     over: Arc<[f64]>,
     /// The step at which each moment begins.
     pub(crate) begins: Vec<u64>,
-    /// Colours in histogram units: [`ENTRIES`] for each of several palettes.
+    /// Colours in histogram units: `entries` for each of several palettes.
     pub(crate) palette: Arc<[[u32; 4]]>,
     /// Steps of all parts; in each, as many samples are drawn as a pool has orbits.
     pub(crate) all_steps: u64,
@@ -75,7 +78,8 @@ impl Shot {
             in_range("temporal_samples", count as f64, fits, "moments of at most 2e9 bytes together")?;
             plans.push(plan);
         }
-        let palette = palette(genomes, &mut plans).into();
+        let entries = entries(genomes);
+        let palette = palette(genomes, &mut plans, entries).into();
         let light: f64 = moments.iter().map(|moment| moment.light).sum();
         let mut before = 0.0;
         let mut over = |moment: &Moment| {
@@ -133,11 +137,18 @@ impl Shot {
     }
 }
 
+/// How many entries the palettes have over the colour coordinate. flam3's keep their number, so that pictures stay.
+fn entries(genomes: &[(Genome, View)]) -> usize {
+    let is_uneven = |genome: &Genome| genome.palette.as_ref().is_some_and(Palette::is_uneven);
+    let needs_more = |(genome, _): &(Genome, View)| !genome.finish.has_flam3s_colours() && is_uneven(genome);
+    if genomes.iter().any(needs_more) { FINE_ENTRIES } else { ENTRIES }
+}
+
 /// The colours of all genomes in histogram units. Tells each plan which of them are its own.
 ///
 /// Where colours or the brightness of transforms change while the shutter is open, moments that follow each other share
 /// the mean of theirs. Where some transforms are darker, each has entries of its own.
-fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
+fn palette(genomes: &[(Genome, View)], plans: &mut [Plan], entries: usize) -> Vec<[u32; 4]> {
     let brightness = |plan: &Plan| -> Vec<f64> { plan.moves.iter().map(|chosen| chosen.brightness).collect() };
     let is_dark = plans.iter().flat_map(brightness).any(|brightness| brightness != 1.0);
     let rows = if is_dark { plans.iter().map(|plan| plan.moves.len()).max().unwrap_or(1) } else { 1 };
@@ -149,16 +160,16 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
     };
     let count = plans.len();
     let palettes =
-        if (1..count).all(same) { 1 } else { count.min(MOST_PALETTES).min(Record::ENTRIES / ENTRIES / rows) };
-    let mut palette = Vec::with_capacity(palettes * rows * ENTRIES);
+        if (1..count).all(same) { 1 } else { count.min(MOST_PALETTES).min(Record::ENTRIES / entries / rows) };
+    let mut palette = Vec::with_capacity(palettes * rows * entries);
     for number in 0..palettes {
         let moments = count * number / palettes..count * (number + 1) / palettes;
         // Where nothing changes one moment is as good as all.
         let shown = if palettes == 1 { 0..1 } else { moments.clone() };
-        let mut sums = vec![[0.0_f64; 4]; rows * ENTRIES];
+        let mut sums = vec![[0.0_f64; 4]; rows * entries];
         for i in shown.clone() {
-            let colours = colours(&genomes[i].0);
-            for (row, sums) in sums.chunks_mut(ENTRIES).enumerate() {
+            let colours = colours(&genomes[i].0, entries);
+            for (row, sums) in sums.chunks_mut(entries).enumerate() {
                 let brightness =
                     if is_dark { plans[i].moves.get(row).map_or(1.0, |chosen| chosen.brightness) } else { 1.0 };
                 for (sum, colour) in sums.as_flattened_mut().iter_mut().zip(colours.as_flattened()) {
@@ -168,23 +179,24 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
         }
         palette.extend(sums.iter().map(|sum| sum.map(|channel| channel.round() as u32)));
         for plan in &mut plans[moments] {
-            plan.first_entry = (number * rows * ENTRIES) as u32;
-            plan.entries_on = if is_dark { ENTRIES as u32 } else { 0 };
+            plan.entries = entries as u32;
+            plan.first_entry = (number * rows * entries) as u32;
+            plan.entries_on = if is_dark { entries as u32 } else { 0 };
         }
     }
     palette
 }
 
 /// A genome's palette over the colour coordinate, in histogram units.
-fn colours(genome: &Genome) -> Vec<[f64; 4]> {
-    let Some(palette) = &genome.palette else { return vec![[0.0; 4]; ENTRIES] };
+fn colours(genome: &Genome, entries: usize) -> Vec<[f64; 4]> {
+    let Some(palette) = &genome.palette else { return vec![[0.0; 4]; entries] };
     let entry = |i: usize| {
-        let coordinate = (i as f64 + 0.5) / ENTRIES as f64 * genome.finish.palette_span;
+        let coordinate = (i as f64 + 0.5) / entries as f64 * genome.finish.palette_span;
         let colour = match genome.palette_mode {
             PaletteMode::Step => palette.step(coordinate),
             PaletteMode::Linear => palette.linear(coordinate),
         };
         colour.map(|channel| channel.clamp(0.0, 255.0) / 255.0 * f64::from(UNIT))
     };
-    (0..ENTRIES).map(entry).collect()
+    (0..entries).map(entry).collect()
 }

@@ -27,6 +27,7 @@ impl<S: Simd> Pool<S> {
                 Summand::Plain(variation) => self.vary::<HAS_Z>(variation, group),
                 Summand::Part { variation, presence } => self.vary_in_part::<HAS_Z>(variation, *presence, group),
                 Summand::Running(passed) => self.pass_sum::<HAS_Z>(passed, group),
+                Summand::Carried(share) => self.carry(*share, group),
             }
         }
         for passed in &chosen.after {
@@ -80,6 +81,16 @@ impl<S: Simd> Pool<S> {
         }
     }
 
+    /// Adds so much of z.
+    #[inline(always)]
+    fn carry(&mut self, share: f64, group: Group) {
+        for vector in group.vectors() {
+            let z = Lanes(f32x16::load_array_ref(self.simd, &self.points[2][vector]));
+            let sum = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
+            z.mul_add(z.like(share), sum).0.store_array(&mut self.sums[2][vector]);
+        }
+    }
+
     /// Applies a variation to the sums.
     #[inline(always)]
     fn pass_sum<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
@@ -94,16 +105,15 @@ impl<S: Simd> Pool<S> {
     #[inline(always)]
     fn pass<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
         self.vary::<HAS_Z>(&passed.variation, group);
-        let keeps_z = passed.variation.kind.depth() == Depth::None;
         for axis in 0..axes::<HAS_Z>() {
             for vector in group.vectors() {
                 let point = Lanes(f32x16::load_array_ref(self.simd, &self.points[axis][vector]));
                 let result = Lanes(f32x16::load_array_ref(self.simd, &self.sums[axis][vector]));
-                let passed = match passed.presence {
-                    None => point + result,
-                    Some(_) if axis == 2 && keeps_z => point,
-                    Some(1.0) => result,
-                    Some(presence) => (result - point).mul_add(point.like(presence), point),
+                let passed = match (passed.presence, passed.depth_factor) {
+                    (None, _) => point + result,
+                    (Some(_), Some(factor)) if axis == 2 => point * point.like(factor),
+                    (Some(1.0), _) => result,
+                    (Some(presence), _) => (result - point).mul_add(point.like(presence), point),
                 };
                 passed.0.store_array(&mut self.sums[axis][vector]);
             }

@@ -68,7 +68,8 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
 fn a_variation_comes_in_from_nothing_and_goes_out_to_nothing() {
     let renderer = Renderer::new(0).unwrap();
     let settings = Settings { spp: Some(4000.0), temporal_samples: Some(1), ..SETTINGS };
-    for (name, text) in mixed::texts() {
+    let mut jumps = Vec::new();
+    for (name, text) in mixed::texts().into_iter().chain(mixed::of_others()) {
         let with = Genome::parse(&text).unwrap();
         let mut without = with.clone();
         without.xforms[0].variations = vec![Variation::new(Kind::Linear, 0.3)];
@@ -78,7 +79,10 @@ fn a_variation_comes_in_from_nothing_and_goes_out_to_nothing() {
             let plain = draw(&without, 0.0);
             let off = rms(&[&draw(&Transition::new(from, to, TRANSITION), frame), &plain], &[1.0, -1.0]);
             println!("{name}: {off:.2}");
-            assert!(off < 3.0, "{name}, {frame}: off by {off:.2} levels of 255");
+            if off >= 3.0 {
+                jumps.push(format!("{name}, {frame}: off by {off:.2} levels of 255"));
+            }
         }
     }
+    assert!(jumps.is_empty(), "{jumps:#?}");
 }

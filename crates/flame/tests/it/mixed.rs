@@ -8,8 +8,19 @@ use std::fmt::Write;
 
 use flame::variations::Kind;
 
-/// Two mixtures for each variation that has parameters, one for each that has none: a name and a genome.
+/// Two mixtures for each of flam3's variations that has parameters, one for each that has none: a name and a genome.
 pub(crate) fn texts() -> Vec<(String, String)> {
+    texts_of(&Kind::FLAM3)
+}
+
+/// A mixture for each variation of other programs, with its default parameters, seen by a camera that is tilted.
+pub(crate) fn of_others() -> Vec<(String, String)> {
+    let others: Vec<Kind> = Kind::ALL.into_iter().filter(|kind| !Kind::FLAM3.contains(kind)).collect();
+    let tilted = |text: String| text.replacen("<flame", "<flame cam_pitch=\"0.5\" cam_yaw=\"0.3\"", 1);
+    texts_of(&others).into_iter().map(|(name, text)| (name, tilted(text))).collect()
+}
+
+fn texts_of(kinds: &[Kind]) -> Vec<(String, String)> {
     let of_kind = |kind: Kind| {
         let sets = parameters(kind);
         let several = sets.len() > 1;
@@ -18,7 +29,7 @@ pub(crate) fn texts() -> Vec<(String, String)> {
             (name, text(kind, sets[number], number))
         })
     };
-    Kind::FLAM3.into_iter().flat_map(of_kind).collect()
+    kinds.iter().copied().flat_map(of_kind).collect()
 }
 
 /// A genome of three transforms. The first has the variation and a little of the plain point, the others pull together.
@@ -45,8 +56,8 @@ fn text(kind: Kind, parameters: &[f64], number: usize) -> String {
     )
 }
 
-/// What the parameters are, in the order of [`Kind::parameters`]; without parameters, one empty set.
-#[expect(clippy::wildcard_enum_match_arm, reason = "all others have no parameters")]
+/// What the parameters are, in the order of [`Kind::parameters`]; without parameters, and with default ones, one empty set.
+#[expect(clippy::wildcard_enum_match_arm, reason = "all others have no parameters, or default ones")]
 fn parameters(kind: Kind) -> &'static [&'static [f64]] {
     match kind {
         Kind::Blob => &[&[0.3, 1.2, 4.0], &[-0.4, 0.9, 3.0]],
@@ -87,6 +98,8 @@ fn parameters(kind: Kind) -> &'static [&'static [f64]] {
         Kind::Waves2 => &[&[0.6, -0.4, 1.7, 2.3], &[0.9, 0.7, -2.6, 1.2]],
         Kind::Auger => &[&[1.8, 0.6, 0.7, 0.4], &[2.9, -0.4, 0.3, 1.5]],
         Kind::Flux => &[&[0.2], &[-0.9]],
+        // By itself it has none that is drawn.
+        Kind::Juliac => &[&[3.0, 20.0, 0.8]],
         Kind::Mobius => &[&[0.9, 0.2, -0.3, 0.4, 0.5, -0.6, 1.1, 0.3], &[-0.4, 0.8, 0.6, -0.7, 0.3, 0.9, -0.5, 0.7]],
         _ => &[&[]],
     }

@@ -75,6 +75,11 @@ fn one_flame_said_in_two_ways_is_one_picture() {
             flame("linear=\"1\"", "", bent)
         }),
         ("a flat flame in space", flame("linear3D=\"1\"", "", ""), flame("linear=\"1\"", "", "")),
+        (
+            "nothing in the sum in Fractorium",
+            flame("pre_curl=\"1\" pre_curl_c1=\"0.4\" post_bubble=\"1\"", "version=\"EMBER-WIN-22\"", ""),
+            flame("linear=\"1\" pre_curl=\"1\" pre_curl_c1=\"0.4\" post_bubble=\"1\"", "version=\"EMBER-WIN-22\"", ""),
+        ),
         ("z alone", flame("linear=\"1\" ztranslate=\"0.4\" zcone=\"0.3\" flatten=\"1\"", "", ""), {
             flame("linear=\"1\"", "", "")
         }),
@@ -163,6 +168,51 @@ fn affine_parts_of_all_planes_are_one_map_of_space() {
     let [from, to] = [&plain, &tilted].map(|genome| Loop::new(genome, 1800.0));
     let off = psnr(&drawn(&Transition::new(&from, &to, 900.0), 0.01, Arithmetic::Fastest), &picture(&plain));
     assert!(off > 35.0, "{off} dB");
+}
+
+#[test]
+fn formulas_of_the_plane_carry_z_as_the_program_has_it() {
+    let seen = "cam_pitch=\"1.1\" cam_yaw=\"0.4\"";
+    let solid = |attributes: &str, more: &str| {
+        flame(&format!("{attributes} ztranslate=\"0.6\""), &format!("{seen} {more}"), "")
+    };
+    let (fractorium, jwildfire) = ("version=\"EMBER-WIN-22\"", "version=\"JWildfire V7.00\" preserve_z=\"1\"");
+    let flat = solid("linear=\"0.7\" julia=\"0.1\"", "");
+    let carried = solid("linear3D=\"0.7\" julia=\"0.1\"", "");
+    assert!(psnr(&picture(&flat), &picture(&carried)) < 30.0);
+    let halved = solid("pre_linear3D=\"0.5\" linear3D=\"1\"", fractorium);
+    let off = |one: &Genome, other: &Genome| psnr(&picture(one), &picture(other));
+    for (name, one, other) in [
+        ("by an attribute", solid("linear=\"0.7\" linear.z=\"1\" julia=\"0.1\"", ""), &carried),
+        ("not in JWildfire by itself", solid("linear=\"0.7\" julia=\"0.1\"", "preserve_z=\"0\""), &flat),
+        ("in Fractorium before the sum", solid("pre_linear=\"0.5\" linear3D=\"1\"", fractorium), &halved),
+        (
+            "two halves",
+            solid("linear=\"0.35\" linear.z=\"1\" linear.2=\"0.35\" linear.2.z=\"1\" julia=\"0.1\"", ""),
+            &carried,
+        ),
+    ] {
+        assert!(off(&one, other) > 35.0, "{name}: {}", off(&one, other));
+        assert_eq!(Genome::parse(&one.to_xml()).unwrap(), one, "{name}, written and read");
+    }
+    // Their palettes have another span: the rest of the flame is the same.
+    for (name, more, all) in [("Fractorium", fractorium, 0.0), ("JWildfire", jwildfire, 1.0)] {
+        let one = solid("linear=\"0.7\" julia=\"0.1\"", more);
+        let said = solid(&format!("linear=\"0.7\" linear.z=\"1\" julia=\"0.1\" julia.z=\"{all}\""), more);
+        assert_eq!(one, said, "{name}");
+        assert_eq!(Genome::parse(&one.to_xml()).unwrap(), one, "{name}, written and read");
+        let none = solid("linear=\"0.7\" linear.z=\"0\" julia=\"0.1\" julia.z=\"0\"", more);
+        assert!(off(&one, &none) < 30.0, "{name}");
+        assert_eq!(Genome::parse(&none.to_xml()).unwrap(), none, "{name} without, written and read");
+        // Of less z, whose beginning is soon forgotten: orbits of a pool are shorter than the one.
+        let less = solid("linear=\"0.4\" julia=\"0.1\"", more);
+        let found = psnr(&picture(&less), &drawn(&less, 0.0, Arithmetic::Reference));
+        assert!(found > 30.0, "{name}, by one orbit: {found}");
+        let [from, to] = [&none, &one].map(|genome| Loop::new(genome, 1800.0));
+        let near = drawn(&Transition::new(&from, &to, 900.0), 0.01, Arithmetic::Fastest);
+        let found = psnr(&near, &picture(&none));
+        assert!(found > 35.0, "{name}, from nothing: {found}");
+    }
 }
 
 #[test]

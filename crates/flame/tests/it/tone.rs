@@ -1,6 +1,6 @@
 //! Pictures have the tone of the program that wrote their genome.
 //!
-//! Owns the claims on JWildfire's light, Fractorium's palette, tone curves and `cam_zoom`: how they look, how they are
+//! Owns the claims on JWildfire's and Fractorium's light, uneven palettes, tone curves and `cam_zoom`: how they look, how they are
 //! written back, what lies between two of them.
 
 #![allow(clippy::float_cmp, reason = "values are read, not computed")]
@@ -52,6 +52,17 @@ fn ring(image: &Image, from: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| sum[i] / sum[3])
 }
 
+/// Holds the rings of `disc` against their colours in the program that wrote it, of 255.
+fn compare_rings(disc: &Genome, rings: [[f64; 3]; 3]) {
+    let image = draw(disc);
+    // The programs round down.
+    for (from, due) in [0.15, 0.4, 0.65].into_iter().zip(rings) {
+        let found = ring(&image, from);
+        let is_near = found.iter().zip(due).all(|(found, due)| (found - due - 0.5).abs() < 1.0 + 0.012 * due);
+        assert!(is_near, "{}, ring {from}: {found:?}, {due:?} is due", disc.to_xml());
+    }
+}
+
 fn off(a: &Image, b: &Image) -> f64 {
     let pairs = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
     pairs.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
@@ -80,13 +91,37 @@ fn a_jwildfire_genome_has_the_light_that_jwildfire_gives_it() {
             [[168.1, 100.9, 33.6], [57.8, 34.7, 11.5], [11.1, 6.7, 2.2]],
         ),
     ] {
-        let image = draw(&disc(&format!("{JWILDFIRE} {attributes}")));
-        // JWildfire rounds down.
-        for (from, due) in [0.15, 0.4, 0.65].into_iter().zip(rings) {
-            let found = ring(&image, from);
-            let is_near = found.iter().zip(due).all(|(found, due)| (found - due - 0.5).abs() < 1.0 + 0.012 * due);
-            assert!(is_near, "{attributes}, ring {from}: {found:?}, {due:?} in JWildfire");
-        }
+        compare_rings(&disc(&format!("{JWILDFIRE} {attributes}")), rings);
+    }
+}
+
+#[test]
+fn a_fractorium_genome_has_the_light_that_fractorium_gives_it() {
+    // The same rings as its renderer, version 25, draws them with 2000 samples per pixel.
+    for (attributes, rings) in [
+        ("", [[239.2, 143.3, 47.5], [183.2, 109.8, 36.3], [127.7, 76.4, 25.1]]),
+        ("gamma=\"1\" brightness=\"1\"", [[205.8, 123.2, 40.8], [70.8, 42.3, 13.8], [16.5, 9.6, 2.8]]),
+        ("vibrancy=\"0.5\"", [[255.0, 197.9, 119.6], [201.6, 151.6, 91.6], [140.5, 105.6, 63.8]]),
+    ] {
+        compare_rings(&disc(&format!("version=\"EMBER-LNX-1.0.0.19\" {attributes}")), rings);
+    }
+}
+
+#[test]
+fn colours_of_an_uneven_palette_that_stand_still_are_seen_as_they_are() {
+    let colours = |i: usize| format!("<color index=\"{i}\" rgb=\"{} 255 255\"/>", 255 * (i % 2));
+    let colours: String = (0..256).map(colours).collect();
+    for step in 0..8 {
+        let part = f64::from(step) / 8.0;
+        let text = format!(
+            "<flame version=\"EMBER-WIN-1.0.0.19\" size=\"16 16\" scale=\"4\" brightness=\"0.5\" gamma=\"1\" \
+             vibrancy=\"1\" palette_mode=\"linear\"><xform weight=\"1\" color=\"{}\" color_speed=\"1\" square=\"2\" \
+             coefs=\"1 0 0 1 0 0\"/>{colours}</flame>",
+            (100.0 + part) / 255.0
+        );
+        let [red, green, _] = draw(&Genome::parse(&text).unwrap()).pixels[8 * 16 + 8];
+        let found = f64::from(red / green);
+        assert!((found - part).abs() < 0.04, "{part} of the way to the next colour: {found}");
     }
 }
 

@@ -13,7 +13,7 @@ use super::tape::{Recorded, Steps, Tape, float};
 use crate::genome::Affine;
 use crate::render::RenderError;
 use crate::render::plan::{CompiledXform, Passed, Plan, Summand};
-use crate::render::shot::{ENTRIES, Shot};
+use crate::render::shot::Shot;
 use variations::number::series;
 use variations::{Compiled, MAX_PARAMETERS};
 
@@ -98,7 +98,7 @@ impl Program {
             let expected = "at most 2000 variations in different transforms of a frame, for a GPU";
             return Err(RenderError::Range { name: "xform", value: forms.calls as f64, expected });
         }
-        Ok(Program { text: forms.text(), words })
+        Ok(Program { text: forms.text(shot.plans[0].entries), words })
     }
 }
 
@@ -138,10 +138,11 @@ impl Forms {
         let variation = |summand: &Summand| match summand {
             Summand::Plain(variation)
             | Summand::Part { variation, .. }
-            | Summand::Running(Passed { variation, .. }) => *variation,
+            | Summand::Running(Passed { variation, .. }) => Some(*variation),
+            Summand::Carried(_) => None,
         };
-        let variations =
-            xform.variations.iter().map(|summand| self.write_formula(&variation(summand), words)).collect();
+        let summands = xform.variations.iter().filter_map(variation);
+        let variations = summands.map(|variation| self.write_formula(&variation, words)).collect();
         words.extend(xform.post.iter().flat_map(numbers));
         let form = Form { before, variations, has_post: xform.post.is_some() };
         words[start + PROGRAM as usize] = self.number_of(form, is_lens);
@@ -173,8 +174,8 @@ impl Forms {
         })
     }
 
-    fn text(&self) -> String {
-        let mut text = constants();
+    fn text(&self, entries: u32) -> String {
+        let mut text = constants(entries);
         text.push_str(include_str!("orbits.wgsl"));
         text.push_str(&self.functions);
         for (name, forms) in [("moved", &self.moved), ("seen_through", &self.seen_through)] {
@@ -263,7 +264,7 @@ fn numbers(affine: &Affine) -> [u32; 6] {
 }
 
 /// What the fixed part of the shader needs to know.
-fn constants() -> String {
+fn constants(entries: u32) -> String {
     let mut text = String::new();
     let words = [
         ("MOVES", MOVES),
@@ -280,7 +281,7 @@ fn constants() -> String {
         ("IS_SEEN", IS_SEEN),
         ("OPACITY", OPACITY),
         ("NUMBERS", NUMBERS),
-        ("ENTRIES", ENTRIES as u32),
+        ("ENTRIES", entries),
         ("WORKGROUP", ORBITS_OF_WORKGROUP),
     ];
     for (name, value) in words {
