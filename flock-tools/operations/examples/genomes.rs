@@ -3,7 +3,8 @@
 //!
 //! Owns the measurement and its bounds: one JSON document on stdout; the exit status is 1 where a bound is not kept. The
 //! folder is the caller's: no genome of others is in the repository. A program draws its own genomes where it is installed:
-//! `flam3-render` those of flam3, `emberrender` those of Fractorium. JWildfire draws none without a window.
+//! `flam3-render` those of flam3, `emberrender` those of Fractorium. JWildfire's are not compared: its pictures lie half a
+//! pixel beside ours, and have a filter and a light of their own.
 //!
 //! Run `make bench what=genomes GENOMES=FOLDER`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
