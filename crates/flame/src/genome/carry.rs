@@ -57,9 +57,7 @@ pub(super) fn settle(xform: &mut Xform, carrier: Carrier) {
 /// Whether the attribute said how much a variation of `xform` carries.
 fn says(xform: &mut Xform, name: &str, value: &str) -> bool {
     let Some(Spelling { slot, part: Part::Carry }) = Spelling::of(name) else { return false };
-    let Some([carry]) = list::<f64>(value).as_deref().and_then(|values| values.first_chunk().copied()) else {
-        return false;
-    };
+    let Some(Ok([carry])) = list::<f64>(value).map(<[f64; 1]>::try_from) else { return false };
     let Some(variation) = xform.variations.iter_mut().find(|variation| variation.slot() == slot) else { return false };
     variation.carry = carry;
     true
