@@ -249,7 +249,7 @@ fn among_several(kind: Kind, q: &[f64], w: f64, [x, y, z]: [f64; 3]) -> Vec<[f64
         }
         Acosech => {
             let u = C(1.0, 0.0) / zeta;
-            let C(re, im) = (u + (u * u + C(1.0, 0.0)).sqrt()).ln();
+            let C(re, im) = (u + (u - C(1.0, 0.0)).sqrt() * (u + C(1.0, 0.0)).sqrt()).ln();
             [1.0, -1.0].map(|sign| [sign * im / FRAC_PI_2, sign * re / FRAC_PI_2, 0.0]).to_vec()
         }
         Hypertile => vec![tiled(zeta, tile(q) * C::polar(1.0, TAU * q[2] / q[0])).flat()],

@@ -53,26 +53,16 @@ formulas! {
     }
 
     Acosech(v, x, y, random) {
-        // The area hyperbolic sine of the reciprocal u. The sign of u is as random as that of the result.
         let r2 = square_of_radius(x, y);
-        let (a, b) = ((x / r2).abs(), -(y / r2).copysign(x * y));
-        // √(u² + 1), whose real part is not negative either.
-        let (re, im) = (a * a - (b - 1.0) * (b + 1.0), a * b * 2.0);
-        let (root_re, root_im) = square_root(re, im);
-        let (re, im) = (a + root_re, b + root_im);
-        let k = v.w * FRAC_2_PI;
-        let k = N::select(random.coin(), x.like(k), x.like(-k));
-        (k * im.atan2(re), k * square_of_radius(re, im).ln() * 0.5)
+        let (re, im) = area_cosine(x / r2, -y / r2);
+        let k = of_random_sign(v.w * FRAC_2_PI, x, random);
+        (k * im, k * re)
     }
 
     Acosh(v, x, y, random) {
-        // √(z² - 1), on the side of z: what is on the other side has the other sign, which is random.
-        let (re, im) = square_root((x - 1.0) * (x + 1.0) - y * y, x * y * 2.0);
-        let is_left = x.less(x.like(0.0));
-        let (re, im) = (x + N::select(is_left, -re, re), y + N::select(is_left, -im, im));
-        let k = v.w * FRAC_2_PI;
-        let k = N::select(random.coin(), x.like(k), x.like(-k));
-        (k * square_of_radius(re, im).ln() * 0.5, k * im.atan2(re))
+        let (re, im) = area_cosine(x, y);
+        let k = of_random_sign(v.w * FRAC_2_PI, x, random);
+        (k * re, k * im)
     }
 
     Julian2(v, x, y, random) {
@@ -104,6 +94,22 @@ formulas! {
         let (s, c) = ((random.unit() * count).trunc() * (TAU / count)).sin_cos();
         (x * c - y * s, x * s + y * c)
     }
+}
+
+/// The area hyperbolic cosine of x + iy, whose real part is not negative.
+#[inline(always)]
+fn area_cosine<N: Number>(x: N, y: N) -> (N, N) {
+    // √(z² - 1), on the side of z: what is on the other side has the other sign.
+    let (re, im) = square_root((x - 1.0) * (x + 1.0) - y * y, x * y * 2.0);
+    let is_left = x.less(x.like(0.0));
+    let (re, im) = (x + N::select(is_left, -re, re), y + N::select(is_left, -im, im));
+    (square_of_radius(re, im).ln() * 0.5, im.atan2(re))
+}
+
+/// `weight`, or what is as far below 0.
+#[inline(always)]
+fn of_random_sign<N: Number, R: Random<N>>(weight: f64, like: N, random: &mut R) -> N {
+    N::select(random.coin(), like.like(weight), like.like(-weight))
 }
 
 /// One of `count` angles whose `turn`-th multiple is `angle`.
