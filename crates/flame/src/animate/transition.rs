@@ -227,6 +227,7 @@ fn camera(a: &Camera, b: &Camera, part: f64) -> Camera {
         scale: mix(a.scale, b.scale, part),
         zoom: mix(a.zoom, b.zoom, part),
         rotate: mix(a.rotate, b.rotate, part),
+        center_turns: mix(a.center_turns, b.center_turns, part),
         pose: pose(&a.pose, &b.pose, part),
     }
 }
@@ -239,7 +240,8 @@ fn pose(a: &Pose, b: &Pose, part: f64) -> Pose {
         roll: mix(a.roll, b.roll, part),
         perspective: mix(a.perspective, b.perspective, part),
         depth_blur: mix(a.depth_blur, b.depth_blur, part),
-        position: std::array::from_fn(|axis| mix(a.position[axis], b.position[axis], part)),
+        height: mix(a.height, b.height, part),
+        shift: std::array::from_fn(|axis| mix(a.shift[axis], b.shift[axis], part)),
     }
 }
 

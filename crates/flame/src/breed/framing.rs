@@ -77,6 +77,7 @@ pub(super) fn framed(genome: &Genome) -> Option<Genome> {
     let (x, y) = back.apply(x, y);
     let camera = Camera {
         center: [short(x), short(y)],
+        center_turns: 1.0,
         scale: short(pixels_per_unit / libm::exp2(genome.camera.zoom)),
         ..genome.camera
     };

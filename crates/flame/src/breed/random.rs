@@ -51,6 +51,7 @@ impl Genome {
                 scale: 200.0,
                 zoom: 0.0,
                 rotate: 0.0,
+                center_turns: 1.0,
                 pose: Pose::default(),
             },
             sampling: Sampling {

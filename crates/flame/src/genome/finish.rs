@@ -24,8 +24,9 @@ pub(super) const PALETTE_SPAN: f64 = 255.0 / 256.0;
 /// # Source
 /// Pictures of a blurred disc whose density is known, rendered by JWildfire 9.00 with other values of each attribute: the
 /// log-density of a pixel is `log_gain contrast brightness ln(1 + density / contrast)` as flam3 counts both, and
-/// `low_density / (contrast quality (1 + samples))` more; colours are multiplied by `200 balancing / white_level`. Fractorium's
-/// gain: the slope of its grey values against flam3's of the same white flame at gamma 1, 0.9518.
+/// `low_density / (contrast spp (1 + samples))` more, of `spp` samples per pixel that are drawn; colours are multiplied by `200 balancing / white_level`. Fractorium's
+/// gain: the slope of its grey values against flam3's of the same white flame at gamma 1, 0.9518. Lost samples: a second
+/// transform that leads to infinity takes as much light from a JWildfire's disc as one that leads out of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
     /// `contrast`: multiplies log-density and divides density, > 0.
@@ -42,6 +43,9 @@ pub struct Finish {
     pub log_gain: f64,
     /// `palette_span`: the part of the palette over which colours from 0 to 1 are spread; 1 in flam3, 255/256 in others.
     pub palette_span: f64,
+    /// `lost_samples`: the part of the samples of escaped orbits that counts as drawn; 0 in flam3, 1 in JWildfire, whose
+    /// pictures they darken.
+    pub lost_samples: f64,
     /// Tone curves, after everything else; `None` where all are straight.
     pub curves: Option<Box<Curves>>,
 }
@@ -56,6 +60,7 @@ impl Default for Finish {
             saturation: 1.0,
             log_gain: 1.0,
             palette_span: 1.0,
+            lost_samples: 0.0,
             curves: None,
         }
     }
@@ -65,7 +70,7 @@ impl Finish {
     /// JWildfire's, where a genome says nothing else.
     pub(super) fn jwildfire() -> Finish {
         let light = Finish { white_level: 220.0, low_density: 0.24, log_gain: JWILDFIRE_GAIN, ..Finish::default() };
-        Finish { palette_span: PALETTE_SPAN, ..light }
+        Finish { palette_span: PALETTE_SPAN, lost_samples: 1.0, ..light }
     }
 
     /// Whether colours are spread as flam3 does. Genomes whose colours are keep their pictures to the bit.
@@ -75,7 +80,8 @@ impl Finish {
 
     /// Whether light has something that only JWildfire's has.
     pub(super) fn has_jwildfires_light(&self) -> bool {
-        Finish { log_gain: 1.0, palette_span: 1.0, curves: None, ..self.clone() } != Finish::default()
+        Finish { log_gain: 1.0, palette_span: 1.0, lost_samples: 0.0, curves: None, ..self.clone() }
+            != Finish::default()
     }
 
     /// What differs from flam3's tone, in words, in the order in which it is applied.
@@ -106,6 +112,7 @@ impl Finish {
             saturation: mix(self.saturation, to.saturation).max(0.0),
             log_gain: above_0(self.log_gain, to.log_gain),
             palette_span: mix(self.palette_span, to.palette_span).clamp(0.0, 1.0),
+            lost_samples: mix(self.lost_samples, to.lost_samples).clamp(0.0, 1.0),
             curves: Curves::mixed(self.curves.as_deref(), to.curves.as_deref(), part).map(Box::new),
         }
     }

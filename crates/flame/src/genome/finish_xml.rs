@@ -33,6 +33,12 @@ fn has_wide_palette(program: Option<Program>) -> bool {
     matches!(program, Some(Program::Fractorium | Program::JWildfire))
 }
 
+/// How far the centre of the picture turns with it, where a genome does not say so.
+fn usual_center_turns(genome: &Genome) -> f64 {
+    let is_of_space = genome.program() == Some(Program::JWildfire) && !genome.camera.pose.is_straight();
+    if is_of_space { 0.0 } else { 1.0 }
+}
+
 /// The gain of a light that says none.
 fn usual_gain(program: Option<Program>, is_jwildfires: bool) -> f64 {
     match program {
@@ -54,6 +60,8 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
         }
         kept.genome.camera.scale = scale;
     }
+    let turns = kept.number("center_turns", |turns| (0.0..=1.0).contains(&turns), "a number from 0 to 1")?;
+    kept.genome.camera.center_turns = turns.unwrap_or_else(|| usual_center_turns(kept.genome));
     let is_jwildfires = program == Some(Program::JWildfire) || kept.has(LIGHT[0]);
     if is_jwildfires {
         kept.light()?;
@@ -61,6 +69,9 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
     }
     let gain = kept.number("log_gain", |gain| gain > 0.0, "a number above 0")?;
     kept.genome.finish.log_gain = gain.unwrap_or_else(|| usual_gain(program, is_jwildfires));
+    if let Some(lost) = kept.number("lost_samples", |lost| (0.0..=1.0).contains(&lost), "a number from 0 to 1")? {
+        kept.genome.finish.lost_samples = lost;
+    }
     if has_wide_palette(program) {
         kept.genome.finish.palette_span = PALETTE_SPAN;
     }
@@ -189,6 +200,13 @@ fn curves(numbers: &[f64]) -> Option<Curves> {
 }
 
 impl Genome {
+    /// Writes how far the centre turns, where it is not as usual.
+    pub(super) fn write_center_turns(&self, root: &mut Element) {
+        if self.camera.center_turns != usual_center_turns(self) {
+            root.set("center_turns", self.camera.center_turns);
+        }
+    }
+
     /// Writes other programs' tone into the attributes of `<flame>`: nothing of flam3's, unless `version` stands for another.
     pub(super) fn write_finish(&self, root: &mut Element) {
         let (finish, program) = (&self.finish, self.program());
@@ -196,6 +214,9 @@ impl Genome {
         // A genome with such a light has such a palette, if it says no other.
         if finish.palette_span != 1.0 || has_wide_palette(program) || is_jwildfires {
             root.set("palette_span", finish.palette_span);
+        }
+        if finish.lost_samples != f64::from(u8::from(is_jwildfires)) {
+            root.set("lost_samples", finish.lost_samples);
         }
         if finish.log_gain != usual_gain(program, is_jwildfires) {
             root.set("log_gain", finish.log_gain);

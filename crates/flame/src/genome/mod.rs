@@ -100,7 +100,7 @@ pub struct Genome {
 pub struct Camera {
     /// `size`: width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// `center`: the point in the middle of the picture, also the centre of its rotation.
+    /// `center`: the point in the middle of the picture, also the centre of its rotation if [`Camera::center_turns`].
     pub center: [f64; 2],
     /// `scale`: pixels per unit at zoom 0.
     pub scale: f64,
@@ -108,6 +108,9 @@ pub struct Camera {
     pub zoom: f64,
     /// `rotate`: degrees.
     pub rotate: f64,
+    /// `center_turns`: 1 where the picture rotates about `center`; 0 where it rotates about the origin, and its middle is
+    /// `center` after that, as a JWildfire's in space; between them in a transition.
+    pub center_turns: f64,
     /// How it stands in space.
     pub pose: Pose,
 }
@@ -218,6 +221,7 @@ impl Default for Genome {
                 scale: 50.0,
                 zoom: 0.0,
                 rotate: 0.0,
+                center_turns: 1.0,
                 pose: Pose::default(),
             },
             sampling: Sampling {

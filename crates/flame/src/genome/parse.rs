@@ -55,7 +55,13 @@ pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "xform" => genome.xforms.push(xform(child, carrier)?),
-            "finalxform" => genome.finals.push(xform(child, carrier)?),
+            "finalxform" => {
+                let mut last = xform(child, carrier)?;
+                if genome.program() == Some(Program::JWildfire) && !says_how_it_colours(child) {
+                    last.color_speed = 0.0;
+                }
+                genome.finals.push(last);
+            }
             "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
             "color" | "colors" | "palette" if super::palette_xml::has_colours(child) => {
                 super::palette_xml::read(child, &mut genome)?;
@@ -87,6 +93,11 @@ pub(super) fn notes(node: Node) -> Vec<String> {
     moved.into_iter().chain(node.children().find_map(super::palette_xml::note)).collect()
 }
 
+/// Whether a `<finalxform>` says whether it colours: in JWildfire, one that does not say so leaves colours as they are.
+fn says_how_it_colours(node: Node) -> bool {
+    ["color_type", "color_speed"].iter().any(|name| node.has_attribute(*name))
+}
+
 fn is_said(value: &str) -> bool {
     !value.trim().is_empty()
 }
@@ -97,12 +108,6 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
         return number(slot, value);
     }
     match name {
-        "cam_zpos" | "cam_pos_z" => {
-            let mut more = 0.0;
-            let read = number(&mut more, value);
-            camera.pose.position[2] += more;
-            read
-        }
         "cam_yaw_turns" => match value.trim().parse() {
             Ok(turns) => {
                 camera.pose.yaw_turns = turns;

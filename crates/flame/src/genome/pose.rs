@@ -17,14 +17,16 @@ pub struct Pose {
     pub yaw: f64,
     /// `cam_yaw_turns`: how often the yaw goes round in a loop. No other program has it.
     pub yaw_turns: i32,
-    /// `cam_roll`: how far the picture is turned, in radians.
+    /// `cam_roll`: how far it is then turned about the axis that goes up, in radians.
     pub roll: f64,
     /// `cam_persp`, Apophysis' `cam_perspective`: how much larger near things are; 0 is a parallel projection.
     pub perspective: f64,
     /// `cam_dof`: how much things blur by their distance from the plane of the camera.
     pub depth_blur: f64,
-    /// `cam_pos_x`, `cam_pos_y` and `cam_pos_z` with `cam_zpos`: the point that everything is turned about.
-    pub position: [f64; 3],
+    /// `cam_zpos`: the height about which everything is turned.
+    pub height: f64,
+    /// `cam_pos_x`, `cam_pos_y` and `cam_pos_z`: by how much points are moved after the turns; the last one moves them away.
+    pub shift: [f64; 3],
 }
 
 impl Pose {
@@ -46,15 +48,17 @@ impl Pose {
             "cam_roll" => &mut self.roll,
             "cam_persp" | "cam_perspective" => &mut self.perspective,
             "cam_dof" => &mut self.depth_blur,
-            "cam_pos_x" => &mut self.position[0],
-            "cam_pos_y" => &mut self.position[1],
+            "cam_zpos" => &mut self.height,
+            "cam_pos_x" => &mut self.shift[0],
+            "cam_pos_y" => &mut self.shift[1],
+            "cam_pos_z" => &mut self.shift[2],
             _ => return None,
         })
     }
 
     /// Adds the attributes that read back as this pose.
     pub(super) fn write(&self, element: &mut Element) {
-        let [x, y, z] = self.position;
+        let [x, y, z] = self.shift;
         for (name, value) in [
             ("cam_pitch", self.pitch),
             ("cam_yaw", self.yaw),
@@ -62,9 +66,10 @@ impl Pose {
             ("cam_roll", self.roll),
             ("cam_persp", self.perspective),
             ("cam_dof", self.depth_blur),
+            ("cam_zpos", self.height),
             ("cam_pos_x", x),
             ("cam_pos_y", y),
-            ("cam_zpos", z),
+            ("cam_pos_z", z),
         ] {
             element.set_unless_0(name, value);
         }

@@ -25,24 +25,22 @@ pub(super) struct Scale<const THIN: bool> {
     evenly: f32,
     /// Log-density of a cell without samples.
     thin: f32,
-    /// By which a density is 1 where a pixel has one sample, if as many are drawn as the genome itself asks for.
+    /// By which a density is 1 where a pixel has one sample.
     hits: f32,
 }
 
 impl<const THIN: bool> Scale<THIN> {
     /// For a frame of `genome` of which `share` of its samples was drawn.
-    ///
-    /// * `quality` — samples per pixel that the genome itself asks for, at zoom 0.
-    pub(super) fn new(genome: &Genome, view: &View, share: f64, quality: f64) -> Self {
+    pub(super) fn new(genome: &Genome, view: &View, share: f64) -> Self {
         let Finish { contrast, log_gain, low_density, .. } = genome.finish;
         let cells_per_pixel = (view.supersample * view.supersample) as f64;
-        let expected = view.area() * view.samples_per_pixel(&genome.sampling) * share * f64::from(UNIT);
-        let drawn = genome.sampling.quality * share * f64::from(UNIT);
+        let drawn = view.samples_per_pixel(&genome.sampling) * share;
+        let expected = view.area() * drawn * f64::from(UNIT);
         Scale {
             gain: (genome.tone.brightness * GAIN * log_gain * contrast) as f32,
             evenly: (cells_per_pixel / expected / contrast) as f32,
-            thin: if quality > 0.0 { (low_density / (contrast * quality)) as f32 } else { 0.0 },
-            hits: (cells_per_pixel * quality / drawn) as f32,
+            thin: (low_density / (contrast * drawn)) as f32,
+            hits: (cells_per_pixel / f64::from(UNIT)) as f32,
         }
     }
 

@@ -120,8 +120,6 @@ struct FrameSetup {
     shot: Shot,
     /// How many samples are asked for.
     samples: u64,
-    /// Samples per pixel at zoom 0 that the genome itself asks for.
-    quality: f64,
     cell_steps: u64,
     filter: Filter,
     target: Option<Target>,
@@ -236,7 +234,6 @@ impl FrameCost {
 impl FrameSetup {
     fn new(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<FrameSetup, RenderError> {
         let mut genome = motion.at(frame);
-        let quality = genome.sampling.quality;
         settings.apply_to(&mut genome);
         let view = View::new(&genome)?;
         let moments = filter::shutter(&genome.sampling)?;
@@ -261,7 +258,7 @@ impl FrameSetup {
         let moments = genomes.iter().map(|(genome, view)| genome.bytes() + size_of_val(view) as u64);
         let preparing = moments.sum::<u64>() + shot.bytes();
         let arithmetic = if view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
-        Ok(FrameSetup { genome, view, shot, samples, quality, cell_steps, filter, target, arithmetic, preparing })
+        Ok(FrameSetup { genome, view, shot, samples, cell_steps, filter, target, arithmetic, preparing })
     }
 
     /// Whether halves of the samples are told apart.
@@ -277,7 +274,9 @@ impl FrameSetup {
         loop {
             film.expose(&self.shot, more, backend, self.arithmetic, stop)?;
             asked += more;
-            let share = film.samples() as f64 / self.samples as f64;
+            let kept = film.samples() as f64;
+            let lost = (asked as f64 - kept).max(0.0) * self.genome.finish.lost_samples;
+            let share = (kept + lost) / self.samples as f64;
             let developed = tonemap::develop(&mut film, self, share, stop);
             if stop.load(Ordering::Relaxed) {
                 return Err(RenderError::Stopped);

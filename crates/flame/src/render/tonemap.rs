@@ -43,11 +43,11 @@ struct Exposure<'a> {
 ///
 /// * `share` — how many samples were drawn, as a part of those that are asked for.
 pub(super) fn develop(film: &mut Film, setup: &FrameSetup, share: f64, stop: &AtomicBool) -> Developed {
-    let FrameSetup { genome, view, quality, .. } = setup;
+    let FrameSetup { genome, view, .. } = setup;
     if genome.finish.low_density == 0.0 {
-        develop_by(film, setup, Scale::<false>::new(genome, view, share, *quality), stop)
+        develop_by(film, setup, Scale::<false>::new(genome, view, share), stop)
     } else {
-        develop_by(film, setup, Scale::<true>::new(genome, view, share, *quality), stop)
+        develop_by(film, setup, Scale::<true>::new(genome, view, share), stop)
     }
 }
 

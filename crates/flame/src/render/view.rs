@@ -81,7 +81,9 @@ impl View {
         let (sin, cos) = libm::sincos(camera.rotate.to_radians());
         let [x, y] = camera.center;
         let turned = Affine { a: scale * cos, b: -scale * sin, c: 0.0, d: scale * sin, e: scale * cos, f: 0.0 };
-        let (across, down) = turned.apply(x, y);
+        let (turned_x, turned_y) = turned.apply(x, y);
+        let middle = |turned: f64, still: f64| turned * camera.center_turns + still * (1.0 - camera.center_turns);
+        let (across, down) = (middle(turned_x, scale * x), middle(turned_y, scale * y));
         let to_cells = Affine { c: cells[0] as f64 / 2.0 - across, f: cells[1] as f64 / 2.0 - down, ..turned };
         let size = camera.size.map(|pixels| pixels as usize);
         Ok(View { size, cells, supersample, spatial, to_cells, pixels_per_unit, magnification, center: camera.center })

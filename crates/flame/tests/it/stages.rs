@@ -126,10 +126,49 @@ fn a_tilted_plane_is_lower_and_a_camera_goes_round() {
 }
 
 #[test]
+fn a_jwildfires_picture_in_space_turns_about_the_origin_and_others_about_their_centre() {
+    let seen = |more: &str| flame("linear=\"1\"", &format!("rotate=\"30\" {more}"), "");
+    // Turned by 30 degrees, (0.3, -0.2) is at (0.3598, -0.0232).
+    let (jwildfire, tilt) = ("version=\"JWildfire V7.30 (27.11.2021)\"", "cam_pitch=\"0.4\"");
+    let its = seen(&format!("{jwildfire} {tilt} center=\"0.3598076 -0.0232051\""));
+    let mine = seen(&format!("{jwildfire} {tilt} center=\"0.3 -0.2\" center_turns=\"1\""));
+    assert_eq!((its.camera.center_turns, mine.camera.center_turns), (0.0, 1.0));
+    assert!(psnr(&picture(&its), &picture(&mine)) > 40.0);
+    for genome in [&its, &mine] {
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), *genome);
+    }
+    for other in [seen(&format!("{jwildfire} center=\"0.3 -0.2\"")), seen(&format!("{tilt} center=\"0.3 -0.2\""))] {
+        assert!((other.camera.center_turns - 1.0).abs() < 1e-9);
+    }
+    assert!(psnr(&picture(&seen(&format!("{jwildfire} {tilt} center=\"0.3 -0.2\""))), &picture(&mine)) < 30.0);
+}
+
+#[test]
+fn a_jwildfires_last_transform_colours_only_where_it_says_so() {
+    // As JWildfire 9.00 draws a disc of colour 1 after a last transform of colour 0.
+    let jwildfire = "version=\"JWildfire V7.30 (27.11.2021)\"";
+    for (version, says, speed) in [
+        (jwildfire, "", 0.0),
+        (jwildfire, "color_type=\"DIFFUSION\"", 0.5),
+        (jwildfire, "color_type=\"NONE\"", 0.0),
+        ("", "", 0.5),
+    ] {
+        let last = format!("<finalxform color=\"0\" symmetry=\"0\" linear=\"1\" {says}/>");
+        let genome = flame("linear=\"1\"", version, &last);
+        assert!(
+            (genome.finals[0].color_speed - speed).abs() < 1e-9,
+            "{version} {says}: {:?}",
+            genome.finals[0].color_speed
+        );
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), genome);
+    }
+}
+
+#[test]
 fn many_orbits_in_space_are_where_one_is() {
     let solid = flame(
         "linear3D=\"0.7\" bubble=\"0.4\" zblur=\"0.1\" post_zscale=\"0.5\"",
-        "cam_pitch=\"0.7\" cam_yaw=\"0.4\" cam_persp=\"0.3\" cam_dof=\"0.5\" cam_roll=\"0.2\" cam_zpos=\"0.1\"",
+        "cam_pitch=\"0.7\" cam_yaw=\"0.4\" cam_persp=\"0.3\" cam_dof=\"0.5\" cam_roll=\"0.2\" cam_zpos=\"0.1\" cam_pos_x=\"0.2\" cam_pos_z=\"0.1\"",
         "<finalxform coefs=\"1 0 0 1 0.1 0\" color_speed=\"0.3\" linear3D=\"1\" opacity=\"0.8\"/>",
     );
     let many = drawn(&solid, 0.0, Arithmetic::Fastest);

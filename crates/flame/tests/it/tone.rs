@@ -52,9 +52,9 @@ fn ring(image: &Image, from: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| sum[i] / sum[3])
 }
 
-/// Holds the rings of `disc` against their colours in the program that wrote it, of 255.
-fn compare_rings(disc: &Genome, rings: [[f64; 3]; 3]) {
-    let image = draw(disc);
+/// Holds the rings of `disc`, drawn with `spp` samples a pixel, against their colours in the program that wrote it, of 255.
+fn compare_rings(disc: &Genome, spp: f64, rings: [[f64; 3]; 3]) {
+    let image = Renderer::new(0).unwrap().render(disc, 0.0, &Settings { spp: Some(spp), ..SETTINGS }).unwrap();
     // The programs round down.
     for (from, due) in [0.15, 0.4, 0.65].into_iter().zip(rings) {
         let found = ring(&image, from);
@@ -91,7 +91,34 @@ fn a_jwildfire_genome_has_the_light_that_jwildfire_gives_it() {
             [[168.1, 100.9, 33.6], [57.8, 34.7, 11.5], [11.1, 6.7, 2.2]],
         ),
     ] {
-        compare_rings(&disc(&format!("{JWILDFIRE} {attributes}")), rings);
+        compare_rings(&disc(&format!("{JWILDFIRE} {attributes}")), 25.0, rings);
+    }
+}
+
+#[test]
+fn samples_of_orbits_that_escape_count_in_jwildfire_alone() {
+    let light = |version: &str, second: &str| {
+        let text = disc(version).to_xml().replacen("<color ", &format!("{second}<color "), 1);
+        let image = draw(&Genome::parse(&text.replacen("<palette ", &format!("{second}<palette "), 1)).unwrap());
+        image.pixels.as_flattened().iter().map(|part| f64::from(*part)).sum::<f64>()
+    };
+    let to = |variation: &str, x: &str| {
+        format!("<xform weight=\"0.25\" color=\"0\" {variation}=\"1\" coefs=\"1 0 0 1 {x} 0\"/>")
+    };
+    let (infinite, outside) = (to("exponential", "2000"), to("linear", "1000"));
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.003;
+    assert!(near(light(JWILDFIRE, &infinite), light(JWILDFIRE, &outside)));
+    assert!(near(light("", &infinite), light("", "")));
+    assert!(!near(light("", &outside), light("", "")));
+}
+
+#[test]
+fn many_samples_leave_no_light_of_their_own_to_pixels_that_have_few() {
+    // JWildfire 9.00, too, draws the same with 400 samples per pixel, whatever the attribute says.
+    for low_density in ["10", "-10", "0.24"] {
+        let attributes = format!("gamma=\"1\" brightness=\"1\" low_density_brightness=\"{low_density}\"");
+        let rings = [[167.7, 100.6, 33.5], [58.6, 35.2, 11.7], [13.9, 8.3, 2.8]];
+        compare_rings(&disc(&format!("{JWILDFIRE} {attributes}")), 400.0, rings);
     }
 }
 
@@ -103,7 +130,7 @@ fn a_fractorium_genome_has_the_light_that_fractorium_gives_it() {
         ("gamma=\"1\" brightness=\"1\"", [[205.8, 123.2, 40.8], [70.8, 42.3, 13.8], [16.5, 9.6, 2.8]]),
         ("vibrancy=\"0.5\"", [[255.0, 197.9, 119.6], [201.6, 151.6, 91.6], [140.5, 105.6, 63.8]]),
     ] {
-        compare_rings(&disc(&format!("version=\"EMBER-LNX-1.0.0.19\" {attributes}")), rings);
+        compare_rings(&disc(&format!("version=\"EMBER-LNX-1.0.0.19\" {attributes}")), 2000.0, rings);
     }
 }
 
