@@ -3,8 +3,9 @@
 //!
 //! Owns the measurement and its bounds: one JSON document on stdout; the exit status is 1 where a bound is not kept. The
 //! folder is the caller's: no genome of others is in the repository. A program draws its own genomes where it is installed:
-//! `flam3-render` those of flam3, `emberrender` those of Fractorium. JWildfire's are not compared: its pictures lie half a
-//! pixel beside ours, and have a filter and a light of their own.
+//! `flam3-render` those of flam3, `emberrender` those of Fractorium, and `jwildfire-render` those of JWildfire: a script that
+//! hands its arguments to `java org.jwildfire.cli.FlameRenderer`. That takes its spatial filter from its own `RenderOptions`
+//! and not from the file: pictures are compared without one, which is a radius of 0.25 there (0 takes 4 % of the light).
 //!
 //! Run `make bench what=genomes GENOMES=FOLDER`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
@@ -154,16 +155,26 @@ fn their_picture(program: Program, genome: &Genome, text: &str, samples: f64) ->
     let (renderer, variables) = match program {
         Program::Flam3 => ("flam3-render", true),
         Program::Fractorium => ("emberrender", false),
-        Program::Apophysis | Program::Flam3h | Program::JWildfire => return None,
+        Program::JWildfire => ("jwildfire-render", false),
+        Program::Apophysis | Program::Flam3h => return None,
     };
     let scratch = tempfile::tempdir().ok()?;
     let [file, picture] = ["a.flame", "a.png"].map(|name| scratch.path().join(name));
     // By what the file says: their own options for size cut off the rest of a pixel, and so move the picture.
     let (factor, [width, height]) = reduced(genome);
+    let mut command = Command::new(renderer);
+    if program == Program::JWildfire {
+        // It scales by its own options.
+        let smooth = changed(text, "antialias_amount", |_| Some("0.0".to_owned())).unwrap_or_else(|| text.to_owned());
+        fs::write(&file, smooth).ok()?;
+        command.arg("-f").arg(&file).args(["-w", &width.to_string(), "-h", &height.to_string()]);
+        command.args(["-q", &samples.to_string()]);
+        command.output().ok().filter(|done| done.status.success())?;
+        return read(&picture);
+    }
     let text = changed(text, "size", |_| Some(format!("{width} {height}")))?;
     let text = changed(&text, "scale", |scale| Some((scale.trim().parse::<f64>().ok()? * factor).to_string()))?;
     fs::write(&file, format!("<flames>{text}</flames>")).ok()?;
-    let mut command = Command::new(renderer);
     if variables {
         command.env("in", &file).env("out", &picture).env("format", "png");
         command.env("qs", (samples / genome.sampling.quality).to_string());
@@ -193,6 +204,9 @@ fn our_picture(genome: &Genome, samples: f64, renderer: &Renderer) -> Option<Ima
     let mut genome = genome.clone();
     let (factor, size) = reduced(&genome);
     (genome.camera.size, genome.camera.scale) = (size, genome.camera.scale * factor);
+    if genome.program() == Some(Program::JWildfire) {
+        move_as_jwildfire(&mut genome);
+    }
     let settings = Settings {
         size: None,
         spp: Some(samples),
@@ -202,6 +216,19 @@ fn our_picture(genome: &Genome, samples: f64, renderer: &Renderer) -> Option<Ima
         ..Settings::default()
     };
     renderer.render(&genome, 0.0, &settings).ok()
+}
+
+/// Moves the picture of `genome` to where JWildfire draws it, half a pixel to the left and up, and takes its filters away.
+fn move_as_jwildfire(genome: &mut Genome) {
+    let Genome { camera, sampling, .. } = genome;
+    let (sin, cos) = camera.rotate.to_radians().sin_cos();
+    let [x, y] = camera.center;
+    let turned = [x * cos - y * sin, x * sin + y * cos];
+    let half = 0.5 / (camera.scale * camera.zoom.exp2());
+    camera.center = [0, 1]
+        .map(|axis| turned[axis] * camera.center_turns + camera.center[axis] * (1.0 - camera.center_turns) + half);
+    camera.center_turns = 0.0;
+    (sampling.filter_radius, sampling.estimator_radius) = (0.0, 0.0);
 }
 
 /// The peak signal-to-noise ratio of two pictures of one size, in decibels.
