@@ -1,7 +1,7 @@
 //! How much of a point's z the formulas of the plane carry.
 //!
 //! Owns the usual share, by the program that wrote a genome: none in flam3 and Apophysis, that of some formulas in
-//! Fractorium, that of all in JWildfire with `preserve_z`; and the attributes that say another one. Never draws.
+//! Fractorium, that of one in JWildfire, that of all there with `preserve_z`; and the attributes that say another one. Never draws.
 //!
 //! Start at [`Carrier`].
 
@@ -16,6 +16,7 @@ use super::{Genome, Program, Xform};
 pub(super) enum Carrier {
     All,
     Fractoriums,
+    JWildfires,
     None,
 }
 
@@ -25,10 +26,12 @@ impl Carrier {
         let preserved = attribute(&genome.extra, "preserve_z").and_then(list::<f64>);
         if preserved.is_some_and(|values| values.iter().any(|value| *value != 0.0)) {
             Carrier::All
-        } else if genome.program() == Some(Program::Fractorium) {
-            Carrier::Fractoriums
         } else {
-            Carrier::None
+            match genome.program() {
+                Some(Program::Fractorium) => Carrier::Fractoriums,
+                Some(Program::JWildfire) => Carrier::JWildfires,
+                _ => Carrier::None,
+            }
         }
     }
 
@@ -38,6 +41,8 @@ impl Carrier {
             // What comes before the sum has no z of its own there.
             Carrier::All => kind.depth() == Depth::None && kind != Kind::PreBlur,
             Carrier::Fractoriums => kind.carries_z_in_fractorium(),
+            // Of 149 in JWildfire's public examples, each seen from the side.
+            Carrier::JWildfires => kind == Kind::TileLog,
             Carrier::None => false,
         };
         if carries { 1.0 } else { 0.0 }

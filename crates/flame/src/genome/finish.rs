@@ -16,7 +16,11 @@ pub(super) const FRACTORIUM_GAIN: f64 = 255.0 / 268.0;
 /// The white level at which colours are flam3's: it has 256 steps to the 255 of others.
 const WHITE_LEVEL: f64 = 200.0 * 255.0 / 256.0;
 
-/// The part of the palette over which Fractorium and JWildfire spread colours: the last one is at 1 alone.
+/// Where JWildfire has colour 0 in the palette, and the part over which it spreads colours: entry `254 colour`, rounded to the
+/// nearest.
+const JWILDFIRES_PALETTE: [f64; 2] = [0.5 / 256.0, 254.0 / 256.0];
+
+/// The part of the palette over which Fractorium spreads colours: the last one is at 1 alone.
 pub(super) const PALETTE_SPAN: f64 = 255.0 / 256.0;
 
 /// What the program that wrote a genome does to light, where flam3 does otherwise.
@@ -41,8 +45,11 @@ pub struct Finish {
     pub saturation: f64,
     /// `log_gain`: multiplies log-density, > 0; 1 in flam3.
     pub log_gain: f64,
-    /// `palette_span`: the part of the palette over which colours from 0 to 1 are spread; 1 in flam3, 255/256 in others.
+    /// `palette_span`: the part of the palette over which colours from 0 to 1 are spread; 1 in flam3, 255/256 in Fractorium,
+    /// 254/256 in JWildfire.
     pub palette_span: f64,
+    /// `palette_start`: where colour 0 is in the palette, from 0 to 1; 1/512 in JWildfire, 0 in others.
+    pub palette_start: f64,
     /// `lost_samples`: the part of the samples of escaped orbits that counts as drawn; 0 in flam3, 1 in JWildfire, whose
     /// pictures they darken.
     pub lost_samples: f64,
@@ -60,6 +67,7 @@ impl Default for Finish {
             saturation: 1.0,
             log_gain: 1.0,
             palette_span: 1.0,
+            palette_start: 0.0,
             lost_samples: 0.0,
             curves: None,
         }
@@ -70,7 +78,8 @@ impl Finish {
     /// JWildfire's, where a genome says nothing else.
     pub(super) fn jwildfire() -> Finish {
         let light = Finish { white_level: 220.0, low_density: 0.24, log_gain: JWILDFIRE_GAIN, ..Finish::default() };
-        Finish { palette_span: PALETTE_SPAN, lost_samples: 1.0, ..light }
+        let [palette_start, palette_span] = JWILDFIRES_PALETTE;
+        Finish { palette_span, palette_start, lost_samples: 1.0, ..light }
     }
 
     /// Whether colours are spread as flam3 does. Genomes whose colours are keep their pictures to the bit.
@@ -80,8 +89,8 @@ impl Finish {
 
     /// Whether light has something that only JWildfire's has.
     pub(super) fn has_jwildfires_light(&self) -> bool {
-        Finish { log_gain: 1.0, palette_span: 1.0, lost_samples: 0.0, curves: None, ..self.clone() }
-            != Finish::default()
+        let Finish { contrast, white_level, balancing, low_density, saturation, .. } = self.clone();
+        Finish { contrast, white_level, balancing, low_density, saturation, ..Finish::default() } != Finish::default()
     }
 
     /// What differs from flam3's tone, in words, in the order in which it is applied.
@@ -92,7 +101,11 @@ impl Finish {
             FRACTORIUM_GAIN => Some("Fractorium's light"),
             _ => Some("another gain of light"),
         };
-        let span = (self.palette_span != 1.0).then_some("colours up to the palette's last one");
+        let span = match self.palette_span {
+            _ if self.palette_start > 0.0 => Some("colours of the palette's nearest entries"),
+            1.0 => None,
+            _ => Some("colours up to the palette's last one"),
+        };
         span.into_iter().chain(light).chain(self.curves.as_ref().map(|_| "tone curves")).collect()
     }
 
@@ -112,6 +125,7 @@ impl Finish {
             saturation: mix(self.saturation, to.saturation).max(0.0),
             log_gain: above_0(self.log_gain, to.log_gain),
             palette_span: mix(self.palette_span, to.palette_span).clamp(0.0, 1.0),
+            palette_start: mix(self.palette_start, to.palette_start).clamp(0.0, 1.0),
             lost_samples: mix(self.lost_samples, to.lost_samples).clamp(0.0, 1.0),
             curves: Curves::mixed(self.curves.as_deref(), to.curves.as_deref(), part).map(Box::new),
         }
@@ -145,7 +159,7 @@ mod tests {
         let beyond = artist.mixed(&flam3, 4.0);
         assert!(beyond.contrast > 0.0 && beyond.log_gain > 0.0 && beyond.white_level > 0.0, "{beyond:?}");
         assert_eq!(flam3.names(), [""; 0]);
-        assert_eq!(artist.names(), ["colours up to the palette's last one", "JWildfire's light"]);
+        assert_eq!(artist.names(), ["colours of the palette's nearest entries", "JWildfire's light"]);
         assert_eq!(Finish { log_gain: FRACTORIUM_GAIN, ..Finish::default() }.names(), ["Fractorium's light"]);
     }
 }

@@ -28,11 +28,6 @@ const SPLINES: [&str; 4] = ["overall_curve", "red_curve", "green_curve", "blue_c
 /// The colours of a JWildfire's background: of its corners and of its middle.
 const BACKGROUND: [&str; 5] = ["background_ul", "background_ur", "background_ll", "background_lr", "background_cc"];
 
-/// Whether a program spreads colours up to the last one of the palette.
-fn has_wide_palette(program: Option<Program>) -> bool {
-    matches!(program, Some(Program::Fractorium | Program::JWildfire))
-}
-
 /// How far the centre of the picture turns with it, where a genome does not say so.
 fn usual_center_turns(genome: &Genome) -> f64 {
     let is_of_space = genome.program() == Some(Program::JWildfire) && !genome.camera.pose.is_straight();
@@ -69,10 +64,13 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
     }
     let gain = kept.number("log_gain", |gain| gain > 0.0, "a number above 0")?;
     kept.genome.finish.log_gain = gain.unwrap_or_else(|| usual_gain(program, is_jwildfires));
-    if let Some(lost) = kept.number("lost_samples", |lost| (0.0..=1.0).contains(&lost), "a number from 0 to 1")? {
-        kept.genome.finish.lost_samples = lost;
+    for name in ["lost_samples", "palette_start"] {
+        if let Some(part) = kept.number(name, |part| (0.0..=1.0).contains(&part), "a number from 0 to 1")? {
+            let finish = &mut kept.genome.finish;
+            *(if name == "lost_samples" { &mut finish.lost_samples } else { &mut finish.palette_start }) = part;
+        }
     }
-    if has_wide_palette(program) {
+    if program == Some(Program::Fractorium) && !is_jwildfires {
         kept.genome.finish.palette_span = PALETTE_SPAN;
     }
     if let Some(span) = kept.number("palette_span", |span| (0.0..=1.0).contains(&span), "a number from 0 to 1")? {
@@ -212,11 +210,17 @@ impl Genome {
         let (finish, program) = (&self.finish, self.program());
         let is_jwildfires = finish.has_jwildfires_light() || program == Some(Program::JWildfire);
         // A genome with such a light has such a palette, if it says no other.
-        if finish.palette_span != 1.0 || has_wide_palette(program) || is_jwildfires {
+        if finish.palette_span != 1.0 || program == Some(Program::Fractorium) || is_jwildfires {
             root.set("palette_span", finish.palette_span);
         }
-        if finish.lost_samples != f64::from(u8::from(is_jwildfires)) {
-            root.set("lost_samples", finish.lost_samples);
+        let usual = if is_jwildfires { Finish::jwildfire() } else { Finish::default() };
+        for (name, part, usual) in [
+            ("lost_samples", finish.lost_samples, usual.lost_samples),
+            ("palette_start", finish.palette_start, usual.palette_start),
+        ] {
+            if part != usual {
+                root.set(name, part);
+            }
         }
         if finish.log_gain != usual_gain(program, is_jwildfires) {
             root.set("log_gain", finish.log_gain);

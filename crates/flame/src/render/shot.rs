@@ -15,7 +15,7 @@ use super::histogram::{Record, UNIT};
 use super::plan::Plan;
 use super::pool::ORBITS;
 use super::view::{View, in_range};
-use crate::genome::{Genome, Palette, PaletteMode};
+use crate::genome::{Finish, Genome, Palette, PaletteMode};
 
 /// Entries of the palette over the colour coordinate: four for each colour of a genome.
 const ENTRIES: usize = 4 * Palette::LEN;
@@ -154,7 +154,7 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan], entries: usize) -> Ve
     let rows = if is_dark { plans.iter().map(|plan| plan.moves.len()).max().unwrap_or(1) } else { 1 };
     let same = |i: usize| {
         let [(first, _), (other, _)] = [&genomes[0], &genomes[i]];
-        let modes = |genome: &Genome| (genome.palette_mode, genome.finish.palette_span);
+        let modes = |genome: &Genome| (genome.palette_mode, genome.finish.palette_span, genome.finish.palette_start);
         let same_colours = modes(first) == modes(other) && first.palette == other.palette;
         same_colours && brightness(&plans[0]) == brightness(&plans[i])
     };
@@ -191,7 +191,8 @@ fn palette(genomes: &[(Genome, View)], plans: &mut [Plan], entries: usize) -> Ve
 fn colours(genome: &Genome, entries: usize) -> Vec<[f64; 4]> {
     let Some(palette) = &genome.palette else { return vec![[0.0; 4]; entries] };
     let entry = |i: usize| {
-        let coordinate = (i as f64 + 0.5) / entries as f64 * genome.finish.palette_span;
+        let Finish { palette_span, palette_start, .. } = genome.finish;
+        let coordinate = ((i as f64 + 0.5) / entries as f64 * palette_span + palette_start).min(1.0);
         let colour = match genome.palette_mode {
             PaletteMode::Step => palette.step(coordinate),
             PaletteMode::Linear => palette.linear(coordinate),

@@ -96,6 +96,23 @@ fn a_jwildfire_genome_has_the_light_that_jwildfire_gives_it() {
 }
 
 #[test]
+fn a_jwildfires_colour_is_the_nearest_of_the_palette_and_others_the_one_before() {
+    let is_second = |version: &str, place: f64| {
+        let mut genome = disc(version);
+        let colour = |entry: usize| if entry == 0 { [0.0, 255.0, 0.0, 255.0] } else { [255.0, 0.0, 0.0, 255.0] };
+        genome.palette = Some(flame::genome::Palette::from_fn(colour));
+        (genome.xforms[0].color, genome.xforms[0].color_speed) = (place / 255.0, 1.0);
+        let [red, green, _] = ring(&draw(&genome), 0.15);
+        red > green
+    };
+    for (version, places) in
+        [(JWILDFIRE, [false, true, true]), ("version=\"EMBER-LNX-1.0.0.19\"", [false, false, true])]
+    {
+        assert_eq!([0.25, 0.75, 1.25].map(|place| is_second(version, place)), places, "{version}");
+    }
+}
+
+#[test]
 fn samples_of_orbits_that_escape_count_in_jwildfire_alone() {
     let light = |version: &str, second: &str| {
         let text = disc(version).to_xml().replacen("<color ", &format!("{second}<color "), 1);
