@@ -1,7 +1,8 @@
 //! How much of a point's z the formulas of the plane carry.
 //!
 //! Owns the usual share, by the program that wrote a genome: none in flam3 and Apophysis, that of some formulas in
-//! Fractorium, that of one in JWildfire, that of all there with `preserve_z`; and the attributes that say another one. Never draws.
+//! Fractorium, that of one in JWildfire, that of all there with `preserve_z`; and the attributes that say another one.
+//! Never draws.
 //!
 //! Start at [`Carrier`].
 

@@ -28,8 +28,9 @@ pub(super) const PALETTE_SPAN: f64 = 255.0 / 256.0;
 /// # Source
 /// Pictures of a blurred disc whose density is known, rendered by JWildfire 9.00 with other values of each attribute: the
 /// log-density of a pixel is `log_gain contrast brightness ln(1 + density / contrast)` as flam3 counts both, and
-/// `low_density / (contrast spp (1 + samples))` more, of `spp` samples per pixel that are drawn; colours are multiplied by `200 balancing / white_level`. Fractorium's
-/// gain: the slope of its grey values against flam3's of the same white flame at gamma 1, 0.9518. Lost samples: a second
+/// `low_density / (contrast spp (1 + samples))` more, of `spp` samples per pixel that are drawn; colours are multiplied by
+/// `200 balancing / white_level`. Its palette: probes of 30 colours between two entries. Fractorium's gain: the slope of its
+/// grey values against flam3's of the same white flame at gamma 1, 0.9518. Lost samples: a second
 /// transform that leads to infinity takes as much light from a JWildfire's disc as one that leads out of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {

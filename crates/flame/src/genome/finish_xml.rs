@@ -28,12 +28,6 @@ const SPLINES: [&str; 4] = ["overall_curve", "red_curve", "green_curve", "blue_c
 /// The colours of a JWildfire's background: of its corners and of its middle.
 const BACKGROUND: [&str; 5] = ["background_ul", "background_ur", "background_ll", "background_lr", "background_cc"];
 
-/// How far the centre of the picture turns with it, where a genome does not say so.
-fn usual_center_turns(genome: &Genome) -> f64 {
-    let is_of_space = genome.program() == Some(Program::JWildfire) && !genome.camera.pose.is_straight();
-    if is_of_space { 0.0 } else { 1.0 }
-}
-
 /// The gain of a light that says none.
 fn usual_gain(program: Option<Program>, is_jwildfires: bool) -> f64 {
     match program {
@@ -55,8 +49,8 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
         }
         kept.genome.camera.scale = scale;
     }
-    let turns = kept.number("center_turns", |turns| (0.0..=1.0).contains(&turns), "a number from 0 to 1")?;
-    kept.genome.camera.center_turns = turns.unwrap_or_else(|| usual_center_turns(kept.genome));
+    let turns = kept.part("center_turns")?;
+    kept.genome.camera.center_turns = turns.unwrap_or_else(|| kept.genome.usual_center_turns());
     let is_jwildfires = program == Some(Program::JWildfire) || kept.has(LIGHT[0]);
     if is_jwildfires {
         kept.light()?;
@@ -64,16 +58,16 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
     }
     let gain = kept.number("log_gain", |gain| gain > 0.0, "a number above 0")?;
     kept.genome.finish.log_gain = gain.unwrap_or_else(|| usual_gain(program, is_jwildfires));
-    for name in ["lost_samples", "palette_start"] {
-        if let Some(part) = kept.number(name, |part| (0.0..=1.0).contains(&part), "a number from 0 to 1")? {
-            let finish = &mut kept.genome.finish;
-            *(if name == "lost_samples" { &mut finish.lost_samples } else { &mut finish.palette_start }) = part;
-        }
+    if let Some(lost) = kept.part("lost_samples")? {
+        kept.genome.finish.lost_samples = lost;
+    }
+    if let Some(start) = kept.part("palette_start")? {
+        kept.genome.finish.palette_start = start;
     }
     if program == Some(Program::Fractorium) && !is_jwildfires {
         kept.genome.finish.palette_span = PALETTE_SPAN;
     }
-    if let Some(span) = kept.number("palette_span", |span| (0.0..=1.0).contains(&span), "a number from 0 to 1")? {
+    if let Some(span) = kept.part("palette_span")? {
         kept.genome.finish.palette_span = span;
     }
     kept.curves()
@@ -108,6 +102,11 @@ impl Kept<'_, '_, '_> {
             Some(&[number]) if fits(number) => Ok(Some(number)),
             _ => Err(self.refused(name, expected)),
         }
+    }
+
+    /// Takes a number from 0 to 1 out.
+    fn part(&mut self, name: &str) -> Result<Option<f64>, GenomeError> {
+        self.number(name, |part| (0.0..=1.0).contains(&part), "a number from 0 to 1")
     }
 
     fn refused(&self, name: &str, expected: &'static str) -> GenomeError {
@@ -198,13 +197,6 @@ fn curves(numbers: &[f64]) -> Option<Curves> {
 }
 
 impl Genome {
-    /// Writes how far the centre turns, where it is not as usual.
-    pub(super) fn write_center_turns(&self, root: &mut Element) {
-        if self.camera.center_turns != usual_center_turns(self) {
-            root.set("center_turns", self.camera.center_turns);
-        }
-    }
-
     /// Writes other programs' tone into the attributes of `<flame>`: nothing of flam3's, unless `version` stands for another.
     pub(super) fn write_finish(&self, root: &mut Element) {
         let (finish, program) = (&self.finish, self.program());

@@ -1,12 +1,12 @@
 //! How the camera stands in space.
 //!
-//! Owns the attributes `cam_*` for reading and writing. What they do to a point is in `render/projection.rs`.
+//! Owns the attributes `cam_*` for reading and writing, and how far the centre turns where a genome does not say so. What they do to a point is in `render/projection.rs`.
 //!
 //! Start at [`Pose`].
 
 use std::f64::consts::TAU;
 
-use super::Element;
+use super::{Element, Genome, Program};
 
 /// How the camera stands in space: by default straight in front of the plane z = 0, where it changes nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +72,21 @@ impl Pose {
             ("cam_pos_z", z),
         ] {
             element.set_unless_0(name, value);
+        }
+    }
+}
+
+impl Genome {
+    /// How far the centre of the picture turns with it, where the genome does not say so.
+    pub(super) fn usual_center_turns(&self) -> f64 {
+        let is_of_space = self.program() == Some(Program::JWildfire) && !self.camera.pose.is_straight();
+        if is_of_space { 0.0 } else { 1.0 }
+    }
+
+    /// Writes how far the centre turns, where it is not as usual.
+    pub(super) fn write_center_turns(&self, root: &mut Element) {
+        if self.camera.center_turns != self.usual_center_turns() {
+            root.set("center_turns", self.camera.center_turns);
         }
     }
 }

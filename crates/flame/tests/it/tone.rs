@@ -96,27 +96,29 @@ fn a_jwildfire_genome_has_the_light_that_jwildfire_gives_it() {
 }
 
 #[test]
-fn a_jwildfires_colour_is_the_nearest_of_the_palette_and_others_the_one_before() {
-    let is_second = |version: &str, place: f64| {
+fn a_jwildfires_colour_is_the_nearest_entry_of_all_but_one_and_others_the_one_before() {
+    // Whether the colour `place / 255` is entry `first` of the palette or one after it.
+    let is_from = |version: &str, first: usize, place: f64| {
         let mut genome = disc(version);
-        let colour = |entry: usize| if entry == 0 { [0.0, 255.0, 0.0, 255.0] } else { [255.0, 0.0, 0.0, 255.0] };
+        let colour = |entry: usize| if entry < first { [0.0, 255.0, 0.0, 255.0] } else { [255.0, 0.0, 0.0, 255.0] };
         genome.palette = Some(flame::genome::Palette::from_fn(colour));
         (genome.xforms[0].color, genome.xforms[0].color_speed) = (place / 255.0, 1.0);
         let [red, green, _] = ring(&draw(&genome), 0.15);
         red > green
     };
-    for (version, places) in
-        [(JWILDFIRE, [false, true, true]), ("version=\"EMBER-LNX-1.0.0.19\"", [false, false, true])]
-    {
-        assert_eq!([0.25, 0.75, 1.25].map(|place| is_second(version, place)), places, "{version}");
+    // Entries that JWildfire 9.00 shows, none of them within a tenth of an edge.
+    for (place, entry) in [(0.25, 0), (0.75, 1), (1.25, 1), (100.7, 100), (200.0, 199), (240.7, 240), (255.0, 254)] {
+        assert!(is_from(JWILDFIRE, entry, place) && !is_from(JWILDFIRE, entry + 1, place), "{place}: {entry}");
     }
+    assert!(!is_from("version=\"EMBER-LNX-1.0.0.19\"", 1, 0.75));
 }
 
 #[test]
 fn samples_of_orbits_that_escape_count_in_jwildfire_alone() {
     let light = |version: &str, second: &str| {
-        let text = disc(version).to_xml().replacen("<color ", &format!("{second}<color "), 1);
-        let image = draw(&Genome::parse(&text.replacen("<palette ", &format!("{second}<palette "), 1)).unwrap());
+        let mut genome = disc(version);
+        genome.xforms.extend(Genome::parse(&format!("<flame>{second}</flame>")).unwrap().xforms);
+        let image = draw(&genome);
         image.pixels.as_flattened().iter().map(|part| f64::from(*part)).sum::<f64>()
     };
     let to = |variation: &str, x: &str| {
