@@ -9,7 +9,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::formulas::{TINY, at_angle, formulas, radius, square_of_radius};
+use super::formulas::{at_angle, formulas, radius, square_of_radius};
 use super::later::wedged;
 use crate::number::{Number, Random};
 
@@ -72,7 +72,7 @@ formulas! {
     }
 
     Rays(v, x, y, random) {
-        let k = (random.unit() * (v.w * PI)).tan() * (v.w * v.w) / (square_of_radius(x, y) + TINY);
+        let k = (random.unit() * (v.w * PI)).tan() * (v.w * v.w) / (square_of_radius(x, y) + v.floor);
         (k * x.cos(), k * y.sin())
     }
 

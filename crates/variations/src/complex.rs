@@ -16,6 +16,9 @@ use crate::number::Number;
 /// Beyond this, hyperbolic functions differ from their limits by less than numbers do.
 const FAR: f64 = 40.0;
 
+/// From here on a hyperbolic cosine is infinite in `f64`.
+const COSH_END: f64 = 710.475_860_073_943_9;
+
 formulas! {
     Bipolar(v, x, y) {
         let ratio = square_of_radius(x + 1.0, y) / square_of_radius(x - 1.0, y);
@@ -139,7 +142,10 @@ formulas! {
 
     Sec2Bs(v, x, y) {
         let [x1, x2, y1, y2, ..] = v.p;
-        let ((c, sinh), y) = ((x.cos(), near(y).sinh_cosh().0), near(y));
+        // From here on the numerator is infinite in `f64`.
+        let end = COSH_END / y1.abs().max(y2.abs());
+        let y = N::select(y.abs().less(y.like(end)), y, y.like(f64::NAN));
+        let (c, sinh) = (x.cos(), y.sinh_cosh().0);
         let k = over(v.w, square_of_radius(c, sinh));
         (k * (x * x2).cos() * (y * y2).sinh_cosh().1, k * (x * x1).sin() * (y * y1).sinh_cosh().0)
     }
@@ -193,10 +199,10 @@ impl<N: Number> Ellipse<N> {
     }
 }
 
-/// `value`, not beyond [`FAR`].
+/// `value`, not beyond [`FAR`]; no number stays none.
 #[inline(always)]
 pub(super) fn near<N: Number>(value: N) -> N {
-    value.max(value.like(-FAR)).min(value.like(FAR))
+    value.like(FAR).min(value.like(-FAR).max(value))
 }
 
 /// The square root of re + i im whose real part is not negative.

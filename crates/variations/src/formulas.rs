@@ -12,8 +12,8 @@ use super::{Kind, MAX_PARAMETERS, Variation};
 use crate::Affine;
 use crate::number::{Number, Random};
 
-/// Keeps divisors away from zero.
-pub(super) const TINY: f64 = 1e-10;
+/// Keeps divisors away from zero, as in flam3.
+pub const TINY: f64 = 1e-10;
 
 /// The formula of a variation.
 pub trait Formula {
@@ -59,6 +59,8 @@ pub struct Compiled {
     pub w: f64,
     /// Values precomputed from the parameters.
     pub p: [f64; MAX_PARAMETERS],
+    /// What keeps its divisors away from zero where it could lead as far as one likes: [`TINY`] in flam3.
+    pub floor: f64,
 }
 
 impl Compiled {
@@ -96,7 +98,7 @@ impl Compiled {
             }
             _ => of_others(kind, weight, q),
         };
-        Compiled { kind, w: weight, p }
+        Compiled { kind, w: weight, p, floor: TINY }
     }
 }
 

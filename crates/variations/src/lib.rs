@@ -50,7 +50,7 @@ mod waves;
 use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, PI};
 
 pub use affine::Affine;
-pub use formulas::{Compiled, Depth, Formula, Visitor};
+pub use formulas::{Compiled, Depth, Formula, TINY, Visitor};
 pub use limits::{Limit, Undrawn};
 pub use spelling::{Part, Spelling};
 pub use stage::{Slot, Stage};

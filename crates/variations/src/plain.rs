@@ -23,7 +23,7 @@ formulas! {
     }
 
     Spherical(v, x, y) {
-        let s = over(v.w, square_of_radius(x, y) + TINY);
+        let s = over(v.w, square_of_radius(x, y) + v.floor);
         (s * x, s * y)
     }
 
@@ -60,13 +60,13 @@ formulas! {
     Spiral(v, x, y) {
         let r = radius(x, y);
         let (s, c) = r.sin_cos();
-        let k = over(v.w, r + TINY);
+        let k = over(v.w, r + v.floor);
         (k * (y / r + s), k * (x / r - c))
     }
 
     Hyperbolic(v, x, y) {
         let r = radius(x, y);
-        (x / r / (r + TINY) * v.w, y / r * r * v.w)
+        (x / r / (r + v.floor) * v.w, y / r * r * v.w)
     }
 
     Diamond(v, x, y) {
@@ -196,7 +196,7 @@ formulas! {
 
     Cross(v, x, y) {
         let s = (x - y) * (x + y);
-        let k = over(v.w, (s * s + TINY).sqrt());
+        let k = over(v.w, (s * s + v.floor).sqrt());
         (k * x, k * y)
     }
 }

@@ -9,8 +9,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::chance::bell;
-use super::complex::near;
-use super::formulas::{TINY, at_angle, over, radius, solids, square_of_radius};
+use super::formulas::{at_angle, over, radius, solids, square_of_radius};
 use super::roots::{NEAREST, root};
 use crate::number::Number;
 
@@ -19,12 +18,12 @@ const BUTTERFLY: f64 = 1.302_940_031_741_12;
 
 solids! {
     Spherical3D Reads(v, x, y, z) {
-        let k = over(v.w, square_in_space(x, y, z) + TINY);
+        let k = over(v.w, square_in_space(x, y, z) + v.floor);
         [k * x, k * y, k * z]
     }
 
     Spherical3DWf Reads(v, x, y, z) {
-        let k = (square_in_space(x, y, z) + TINY).pow(x.like(v.p[0])) * (v.p[1] * v.w);
+        let k = (square_in_space(x, y, z) + v.floor).pow(x.like(v.p[0])) * (v.p[1] * v.w);
         [k * x, k * y, k * z]
     }
 
@@ -156,7 +155,7 @@ solids! {
     Tanhq Reads(v, x, y, z) {
         let side2 = square_of_radius(y, z).max(x.like(NEAREST));
         let side = side2.sqrt();
-        let ((s, c), (sinh, cosh)) = (side.sin_cos(), near(x).sinh_cosh());
+        let ((s, c), (sinh, cosh)) = (side.sin_cos(), x.sinh_cosh());
         let k = over(v.w, x * x + side2);
         let around = k * s * c / side;
         [k * sinh * cosh, around * y, around * z]

@@ -52,7 +52,7 @@ pub struct Finish {
     /// `palette_start`: where colour 0 is in the palette, from 0 to 1; 1/512 in JWildfire, 0 in others.
     pub palette_start: f64,
     /// `lost_samples`: the part of the samples of escaped orbits that counts as drawn; 0 in flam3, 1 in JWildfire, whose
-    /// pictures they darken.
+    /// pictures they darken. How long an orbit stays away follows it, too: see `render/escape.rs`.
     pub lost_samples: f64,
     /// Tone curves, after everything else; `None` where all are straight.
     pub curves: Option<Box<Curves>>,

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bins::Bins;
 use super::draw::Game;
+use super::escape::{LIMIT, ROUND};
 use super::plan::{CompiledXform, Passed, Plan, Summand};
 use super::pool::ORBITS;
 use super::shot::{FUSE, Shot};
@@ -39,12 +40,13 @@ impl Game for Reference {
         for step in steps.clone() {
             let plan = shot.plan(step);
             if (step - steps.start).is_multiple_of(STEPS) {
-                orbit = Orbit::new(orbit.rng);
-                for _ in 0..shot.fuse {
-                    orbit.step(plan);
-                }
+                orbit.begin(plan, shot.fuse);
             }
-            for _ in 0..ORBITS {
+            for sample in 0..ORBITS as u64 {
+                let looks = plan.begins_again < 1.0 && (step * ORBITS as u64 + sample).is_multiple_of(ROUND);
+                if looks && !has_place(orbit.point) {
+                    orbit.begin(plan, shot.fuse);
+                }
                 if orbit.step(plan) {
                     samples += 1;
                     orbit.plot(plan, bins);
@@ -63,7 +65,15 @@ impl Orbit {
         Orbit { point: [rng.signed(), rng.signed(), 0.0], colour: rng.unit(), last: 0, rng }
     }
 
-    /// One step of the game. An orbit that escapes goes on at a random point: there is no sample of it.
+    /// Begins again at a random point, with steps that are not seen.
+    fn begin(&mut self, plan: &Plan, fuse: u64) {
+        *self = Orbit::new(self.rng.clone());
+        for _ in 0..fuse {
+            self.step(plan);
+        }
+    }
+
+    /// One step of the game. Returns whether it makes a sample: an orbit that escapes makes none, see `escape.rs`.
     #[inline]
     fn step(&mut self, plan: &Plan) -> bool {
         let drawn = (self.rng.bits() >> 32) as u32;
@@ -71,11 +81,21 @@ impl Orbit {
         let chosen = &plan.moves[self.last];
         self.point = image(chosen, self.point, plan.has_z, &mut self.rng);
         self.colour = chosen.keep * self.colour + chosen.pull;
-        let escapes = has_escaped(self.point);
-        if escapes {
-            self.point = [self.rng.signed(), self.rng.signed(), 0.0];
+        let begins = self.begins_again(plan, self.point);
+        if begins {
+            self.point = self.random_point();
         }
-        !escapes
+        !begins && has_place(self.point)
+    }
+
+    /// Whether the orbit, at `point`, has escaped and begins again.
+    #[inline]
+    fn begins_again(&mut self, plan: &Plan, point: [f64; 3]) -> bool {
+        has_escaped(point) && (plan.begins_again == 1.0 || self.rng.unit() < plan.begins_again)
+    }
+
+    fn random_point(&mut self) -> [f64; 3] {
+        [self.rng.signed(), self.rng.signed(), 0.0]
     }
 
     /// Where the point is seen, and its colour; none if this sample is not drawn.
@@ -90,8 +110,8 @@ impl Orbit {
             if lens.opacity == 1.0 || self.rng.unit() < lens.opacity {
                 point = image(lens, point, plan.has_z, &mut self.rng);
                 colour = lens.keep * colour + lens.pull;
-                if has_escaped(point) {
-                    point = [self.rng.signed(), self.rng.signed(), 0.0];
+                if self.begins_again(plan, point) {
+                    point = self.random_point();
                 }
             }
         }
@@ -120,10 +140,7 @@ pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
     let mut found = Vec::with_capacity(count);
     for step in 0..count {
         if (step as u64).is_multiple_of(STEPS * ORBITS as u64) {
-            orbit = Orbit::new(orbit.rng);
-            for _ in 0..FUSE {
-                orbit.step(plan);
-            }
+            orbit.begin(plan, FUSE);
         }
         if orbit.step(plan)
             && let Some((x, y, _)) = orbit.seen(plan)
@@ -136,7 +153,7 @@ pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
 
 /// The image of a point; it may be anything, see [`has_escaped`].
 #[inline]
-fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
+pub(super) fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
     let (x, y) = xform.affine.apply(x, y);
     let mut point = tilted(xform.tilt.as_ref(), [x, y, z]);
     for passed in &xform.before {
@@ -198,7 +215,13 @@ fn part(variation: &Compiled, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f
 /// Whether a point has left the space.
 #[inline]
 fn has_escaped(point: [f64; 3]) -> bool {
-    point.into_iter().any(|value| value.is_nan() || value.abs() > 1e10)
+    point.into_iter().any(|value| value.is_nan() || value.abs() > LIMIT)
+}
+
+/// Whether a point is anywhere.
+#[inline]
+fn has_place(point: [f64; 3]) -> bool {
+    point.into_iter().all(f64::is_finite)
 }
 
 /// A formula for one point.

@@ -18,6 +18,7 @@ mod density;
 mod device;
 mod draw;
 mod error;
+mod escape;
 mod film;
 mod filter;
 #[cfg(feature = "gpu")]

@@ -7,7 +7,7 @@
 
 use super::RenderError;
 use super::projection::Projection;
-use super::shot::FUSE;
+use super::shot::{FUSE, LOST_FUSE};
 use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Tilt, Xform};
 use variations::{Compiled, Depth, Kind, Stage, Variation};
@@ -36,6 +36,8 @@ pub(crate) struct Plan {
     /// From which random number on, of 2^32, each transform but the first is chosen: for each last transform where
     /// there is xaos, else once.
     pub(crate) choices: Vec<Vec<u32>>,
+    /// The part of orbits that begin again where they escape: 1 in flam3, 0 in JWildfire.
+    pub(crate) begins_again: f64,
     /// How many steps an orbit takes until its place and its colour are the flame's.
     pub(crate) fuse: u64,
     /// From a point to its place in cells.
@@ -119,13 +121,15 @@ impl Plan {
             vec![thresholds(&weights(&genome, &[]))]
         };
         let has_z = needs_z(&genome);
-        let compiled = |xforms: &[Xform]| xforms.iter().map(|xform| CompiledXform::new(xform, has_z)).collect();
+        let floor = floor(genome.finish.lost_samples);
+        let compiled = |xforms: &[Xform]| xforms.iter().map(|xform| CompiledXform::new(xform, has_z, floor)).collect();
         Ok(Plan {
             moves: compiled(&genome.xforms),
             lenses: compiled(&genome.finals),
             has_z,
             projection: Projection::new(&genome.camera.pose),
             choices,
+            begins_again: begins_again(genome.finish.lost_samples),
             fuse: fuse(&genome),
             to_cells: view.to_cells,
             cells: view.cells,
@@ -159,12 +163,12 @@ impl Plan {
 }
 
 impl CompiledXform {
-    fn new(xform: &Xform, has_z: bool) -> CompiledXform {
+    fn new(xform: &Xform, has_z: bool, floor: f64) -> CompiledXform {
         let (mut before, mut variations, mut after) = (Vec::new(), Vec::new(), Vec::new());
         let mut carried = 0.0;
         for variation in used(xform) {
             let presence = variation.stage.replaces().then_some(variation.presence);
-            let compiled = Compiled::new(variation, &xform.affine);
+            let compiled = Compiled { floor, ..Compiled::new(variation, &xform.affine) };
             let passed = Passed { variation: compiled, presence, depth_factor: variation.depth_factor() };
             match variation.stage {
                 Stage::Before | Stage::AddedBefore => before.push(passed),
@@ -231,13 +235,25 @@ fn weights(genome: &Genome, chaos: &[f64]) -> Vec<f64> {
     genome.xforms.iter().enumerate().map(after).collect()
 }
 
+/// The part of orbits that begin again where they escape. Between 0 and 1, the time for which an orbit is lost grows by the
+/// same factor with each step towards JWildfire, so that a transition gets darker evenly.
+fn begins_again(lost_samples: f64) -> f64 {
+    if lost_samples < 1.0 { libm::exp2(-10.0 * lost_samples) } else { 0.0 }
+}
+
+/// What keeps divisors away from zero: in JWildfire next to nothing, so that orbits near 0 go as far away as `f64` reaches.
+fn floor(lost_samples: f64) -> f64 {
+    variations::TINY * libm::exp10(-290.0 * lost_samples)
+}
+
 /// How many steps an orbit takes until its place and its colour are the flame's: more where colours are pulled slowly.
 fn fuse(genome: &Genome) -> u64 {
+    let least = if genome.finish.lost_samples > 0.0 { LOST_FUSE } else { FUSE };
     let pulls = genome.xforms.iter().map(|xform| 1.0 - (1.0 - xform.color_speed).abs().min(1.0));
     let pulls: Vec<f64> = pulls.collect();
     let slow = if genome.finish.has_flam3s_colours() { SLOW_FLAM3_COLOUR } else { SLOW_COLOUR };
     if pulls.iter().all(|pull| *pull >= slow) {
-        return FUSE;
+        return least;
     }
     // How often orbits go through each transform, from step to step.
     let mut visits = shares(weights(genome, &[]));
@@ -253,7 +269,7 @@ fn fuse(genome: &Genome) -> u64 {
     let pull: f64 = visits.iter().zip(pulls).map(|(share, pull)| share * pull).sum();
     // A power of two: a fuse that grew from frame to frame would change the noise.
     let is_slow = (STILL_COLOUR..slow).contains(&pull);
-    if is_slow { ((2.0 / pull) as u64).next_power_of_two().max(FUSE) } else { FUSE }
+    if is_slow { ((2.0 / pull) as u64).next_power_of_two().max(least) } else { least }
 }
 
 /// `weights` as parts of their sum; all weights 0 choose the first.

@@ -4,7 +4,7 @@
 //! then put in order by it, so that each transform runs over a group of neighbours, sixteen at once. What a pool draws
 //! is a pure function of the shot, the seed and the pool's number, the same bits for every instruction set.
 //!
-//! Start at [`Pool`]; `stages.rs` sends a group through a transform. `chaos.rs` plays the same game with one orbit in `f64`.
+//! Start at [`Pool`]; `stages.rs` sends a group through a transform, `escape.rs` has what becomes of orbits that leave. `chaos.rs` plays the same game with one orbit in `f64`.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +13,11 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x
 
 use super::bins::Bins;
 use super::draw::Game;
+use super::escape::ROUND;
 use super::plan::{CompiledXform, Plan};
 use super::shot::Shot;
 use crate::genome::{Affine, Genome};
+use species::Rng;
 use variations::number::{LANES, LaneRng, Lanes, Number, Random};
 
 /// Orbits of a pool.
@@ -34,8 +36,10 @@ pub(super) type Places<T> = Box<[[T; LANES]; VECTORS]>;
 pub(crate) struct Pool<S: Simd> {
     pub(super) simd: S,
     pub(super) random: LaneRng<S>,
+    /// What `f64` draws where `f32` has no room.
+    pub(super) scalar: Rng,
     /// Where they are, in groups by the transform that they went through last.
-    now: Orbits,
+    pub(super) now: Orbits,
     /// Where they are, in groups by the transform that they go through next.
     pub(super) next: Orbits,
     groups: Vec<Group>,
@@ -52,6 +56,8 @@ pub(crate) struct Pool<S: Simd> {
     plotted: [Vec<u32>; 2],
     /// Samples drawn so far.
     samples: u64,
+    /// The part of orbits that begin again where they escape.
+    pub(super) begins_again: f64,
 }
 
 /// Coordinates and colours of a pool's orbits. Where points have no z, it is 0.
@@ -110,6 +116,8 @@ impl<S: Simd> Pool<S> {
             held: [places(), places(), places()],
             plotted: [vec![0; ORBITS + LANES], vec![0; ORBITS + LANES]],
             samples: 0,
+            scalar: Rng::stream(0, 0),
+            begins_again: 1.0,
         }
     }
 
@@ -117,6 +125,7 @@ impl<S: Simd> Pool<S> {
     #[inline(always)]
     fn begin(&mut self, seed: u64, number: u64) {
         self.random = LaneRng::stream(self.simd, seed, number);
+        self.scalar = Rng::stream(!seed, number);
         // What lies between groups is calculated, too: it must not depend on what this pool did before.
         for orbits in [&mut self.now, &mut self.next] {
             for places in [&mut orbits.x, &mut orbits.y, &mut orbits.z, &mut orbits.colour] {
@@ -137,6 +146,7 @@ impl<S: Simd> Pool<S> {
     /// Every orbit goes through a transform.
     #[inline(always)]
     fn step<const HAS_Z: bool>(&mut self, plan: &Plan) {
+        self.begins_again = plan.begins_again;
         self.choose::<HAS_Z>(plan);
         for number in 0..self.groups.len() {
             if self.groups[number].orbits > 0 {
@@ -215,7 +225,7 @@ impl<S: Simd> Pool<S> {
         self.enter::<HAS_Z>(chosen, group);
         for vector in group.vectors() {
             let (x, y) = self.leave::<HAS_Z>(chosen, vector);
-            let (x, y, escaped) = self.kept::<HAS_Z>(x, y, vector);
+            let ([x, y], escaped) = self.kept::<HAS_Z>(chosen, [x, y], vector);
             if HAS_Z {
                 self.now.z[vector] = self.sums[2][vector];
             }
@@ -242,30 +252,6 @@ impl<S: Simd> Pool<S> {
             z.0.store_array(&mut self.sums[2][vector]);
         }
         (x, y)
-    }
-
-    /// The same points, those of `vector`, but random ones for those that left the space; and which those are. Their z is in
-    /// the sums, and becomes 0 there.
-    #[inline(always)]
-    fn kept<const HAS_Z: bool>(
-        &mut self,
-        x: Lanes<S>,
-        y: Lanes<S>,
-        vector: usize,
-    ) -> (Lanes<S>, Lanes<S>, mask32x16<S>) {
-        let limit = x.like(1e10);
-        // A number that is none is not less than anything either.
-        let mut kept = x.abs().less(limit) & y.abs().less(limit);
-        if HAS_Z {
-            let z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
-            kept = kept & z.abs().less(limit);
-            Lanes::select(kept, z, z.like(0.0)).0.store_array(&mut self.sums[2][vector]);
-        }
-        if kept.0.all_true() {
-            return (x, y, !kept.0);
-        }
-        let (other_x, other_y) = (signed(&mut self.random), signed(&mut self.random));
-        (Lanes::select(kept, x, other_x), Lanes::select(kept, y, other_y), !kept.0)
     }
 
     /// Plots every orbit that is in view.
@@ -312,7 +298,7 @@ impl<S: Simd> Pool<S> {
         self.enter::<HAS_Z>(lens, group);
         for vector in group.vectors() {
             let (x, y) = self.leave::<HAS_Z>(lens, vector);
-            let (mut x, mut y, _) = self.kept::<HAS_Z>(x, y, vector);
+            let ([mut x, mut y], _) = self.kept::<HAS_Z>(lens, [x, y], vector);
             let before = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
             let mut colour = before.mul_add(before.like(lens.keep), before.like(lens.pull));
             let mut z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
@@ -389,17 +375,29 @@ impl<S: Simd> Pool<S> {
     fn draw<const HAS_Z: bool>(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) {
         let steps = shot.steps(number);
         self.begin(shot.seed, number);
-        for _ in 0..shot.fuse {
-            self.step::<HAS_Z>(shot.plan(steps.start));
-        }
+        self.settle::<HAS_Z>(shot, steps.start);
         self.samples = 0;
-        for step in steps {
+        for step in steps.clone() {
             let plan = shot.plan(step);
+            let looks = plan.begins_again < 1.0 && step > steps.start && (step - steps.start).is_multiple_of(ROUND);
+            if looks && self.begin_lost() {
+                let samples = self.samples;
+                self.settle::<HAS_Z>(shot, step);
+                self.samples = samples;
+            }
             self.step::<HAS_Z>(plan);
             self.plot::<HAS_Z>(plan, bins);
             if stop.load(Ordering::Relaxed) {
                 break;
             }
+        }
+    }
+
+    /// Steps that are not seen, until orbits that have just begun are on the attractor.
+    #[inline(always)]
+    fn settle<const HAS_Z: bool>(&mut self, shot: &Shot, step: u64) {
+        for _ in 0..shot.fuse {
+            self.step::<HAS_Z>(shot.plan(step));
         }
     }
 }
@@ -438,6 +436,6 @@ pub(super) fn image_in_space<S: Simd>(rows: &[[f64; 4]; 3], [x, y, z]: [Lanes<S>
 
 /// Numbers in `-1.0..1.0`.
 #[inline(always)]
-fn signed<S: Simd>(random: &mut LaneRng<S>) -> Lanes<S> {
+pub(super) fn signed<S: Simd>(random: &mut LaneRng<S>) -> Lanes<S> {
     random.unit() * 2.0 - 1.0
 }

@@ -7,6 +7,7 @@
 mod bred;
 mod breeding;
 mod corpus;
+mod escape;
 mod flam3;
 mod flam3_genome;
 #[cfg(feature = "gpu")]

@@ -13,7 +13,7 @@ pub mod series;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-pub use lanes::Lanes;
+pub use lanes::{LaneMask, Lanes};
 pub use random::LaneRng;
 
 /// How many orbits [`Lanes`] hold.

@@ -233,6 +233,8 @@ fn beyond(plan: &Plan) -> Option<&'static str> {
     };
     if plan.has_z {
         Some("flames in three dimensions")
+    } else if plan.begins_again < 1.0 {
+        Some("flames whose orbits escape for good, as JWildfire's do")
     } else if plan.lenses.len() > 1 {
         Some("several final transforms")
     } else if xforms().any(|xform| replaces(xform) || is_added_twice(xform)) {
