@@ -4,7 +4,8 @@
 //! then put in order by it, so that each transform runs over a group of neighbours, sixteen at once. What a pool draws
 //! is a pure function of the shot, the seed and the pool's number, the same bits for every instruction set.
 //!
-//! Start at [`Pool`]; `stages.rs` sends a group through a transform, `escape.rs` has what becomes of orbits that leave. `chaos.rs` plays the same game with one orbit in `f64`.
+//! Start at [`Pool`]; `stages.rs` sends a group through a transform, `escape.rs` has what becomes of orbits that leave the
+//! space. `chaos.rs` plays the same game with one orbit in `f64`.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
