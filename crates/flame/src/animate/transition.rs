@@ -240,6 +240,7 @@ fn pose(a: &Pose, b: &Pose, part: f64) -> Pose {
         roll: mix(a.roll, b.roll, part),
         perspective: mix(a.perspective, b.perspective, part),
         depth_blur: mix(a.depth_blur, b.depth_blur, part),
+        one_sided: mix(a.one_sided, b.one_sided, part),
         height: mix(a.height, b.height, part),
         shift: std::array::from_fn(|axis| mix(a.shift[axis], b.shift[axis], part)),
     }

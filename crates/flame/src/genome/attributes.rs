@@ -8,10 +8,10 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
-use super::Xform;
 use super::origin::is_of_origin;
 use super::parse::list;
 use super::unsupported::Why;
+use super::{Camera, Xform};
 use variations::{Kind, Spelling};
 
 /// When an attribute changes nothing.
@@ -48,6 +48,9 @@ const FLAME: &[(&str, Neutral, Why)] = &[
     ("white_level", At(220.0), Why::Tone),
 ];
 
+/// The attribute of another blur by depth.
+pub(super) const NEW_BLUR: &str = "new_dof";
+
 /// Attributes of `<flame>` that change no still picture; a `*` stands for any end. Those that belong to an attribute of
 /// [`FLAME`] mean nothing while that is neutral.
 const NEUTRAL_OF_FLAME: &[&str] = &[
@@ -75,7 +78,6 @@ const NEUTRAL_OF_FLAME: &[&str] = &[
     "mixer_*",
     // It shows what moves by curves, which are refused themselves.
     "motion_blur_*",
-    "new_dof",
     "new_linear",
     "plugins",
     "post_blur_*",
@@ -136,14 +138,18 @@ pub(super) enum Meaning {
     Unknown,
 }
 
-/// What attribute `name` of a `<flame>` means, whose `rotate` is so many degrees.
-pub(super) fn of_flame(name: &str, value: &str, rotate: f64) -> Meaning {
+/// What attribute `name` of a `<flame>` with such a camera means.
+pub(super) fn of_flame(name: &str, value: &str, camera: &Camera) -> Meaning {
     if name == super::unsupported::MARK || is_of_origin(name) || fits(NEUTRAL_OF_FLAME, name) {
         // A rule counts before a pattern that fits it, too.
         return by_rule(FLAME, name, value).unwrap_or(Meaning::Neutral);
     }
     // Apophysis' copy of `rotate` in radians.
-    if name == "angle" && rotate != 0.0 {
+    if name == "angle" && camera.rotate != 0.0 {
+        return Meaning::Neutral;
+    }
+    // JWildfire's blur by the distance from a point. It is drawn as one by the distance from a plane.
+    if name == NEW_BLUR && camera.pose.depth_blur == 0.0 {
         return Meaning::Neutral;
     }
     by_rule(FLAME, name, value).or_else(|| of_curve(name, value)).unwrap_or_else(|| unless_0(value))
@@ -212,12 +218,16 @@ impl Neutral {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Genome;
     use super::*;
     use variations::Variation;
 
     #[test]
     fn attributes_of_a_flame_are_neutral_at_their_own_values_only() {
-        let is_drawn = |name, value| of_flame(name, value, 0.0) == Meaning::Neutral;
+        let straight = Genome::default().camera;
+        let mut other = straight;
+        (other.rotate, other.pose.depth_blur) = (57.3, 0.2);
+        let is_drawn = |name, value| of_flame(name, value, &straight) == Meaning::Neutral;
         for (name, neutral, other) in [
             ("background_ul", "0.0 0.0 0.0", "0 0.1 0"),
             ("contrast", " 1 ", "0"),
@@ -234,10 +244,19 @@ mod tests {
         {
             assert!(is_drawn(name, "true"), "{name}");
         }
-        assert_eq!(of_flame("cam_pitchCurve_enabled", "true", 0.0), Meaning::Asks(Why::Curve));
+        assert_eq!(of_flame("cam_pitchCurve_enabled", "true", &straight), Meaning::Asks(Why::Curve));
         assert!(is_drawn("cam_pitchCurve_enabled", "false") && is_drawn("cam_pitchCurve_x0", "7"));
-        assert_eq!([of_flame("angle", "1", 0.0), of_flame("angle", "1", 57.3)], [Meaning::Unknown, Meaning::Neutral]);
-        assert_eq!([of_flame("waltz", "3", 0.0), of_flame("waltz", "0", 0.0)], [Meaning::Unknown, Meaning::Neutral]);
+        for (name, value, camera, meaning) in [
+            ("angle", "1", &straight, Meaning::Unknown),
+            ("angle", "1", &other, Meaning::Neutral),
+            ("new_dof", "1", &straight, Meaning::Neutral),
+            ("new_dof", "1", &other, Meaning::Unknown),
+            ("new_dof", "0", &other, Meaning::Neutral),
+            ("waltz", "3", &straight, Meaning::Unknown),
+            ("waltz", "0", &straight, Meaning::Neutral),
+        ] {
+            assert_eq!(of_flame(name, value, camera), meaning, "{name}={value}");
+        }
     }
 
     #[test]

@@ -51,6 +51,8 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
     }
     let turns = kept.part("center_turns")?;
     kept.genome.camera.center_turns = turns.unwrap_or_else(|| kept.genome.usual_center_turns());
+    let one_sided = kept.part("dof_one_sided")?;
+    kept.genome.camera.pose.one_sided = one_sided.unwrap_or_else(|| kept.genome.usual_one_sided());
     let is_jwildfires = program == Some(Program::JWildfire) || kept.has(LIGHT[0]);
     if is_jwildfires {
         kept.light()?;

@@ -1,12 +1,14 @@
 //! How the camera stands in space.
 //!
-//! Owns the attributes `cam_*` for reading and writing, and how far the centre turns where a genome does not say so. What they do to a point is in `render/projection.rs`.
+//! Owns the attributes `cam_*` for reading and writing, and what programs mean where a genome does not say so: how far the
+//! centre turns, and which side of the camera's plane is blurred. What they do to a point is in `render/projection.rs`.
 //!
 //! Start at [`Pose`].
 
 use std::f64::consts::TAU;
 
-use super::{Element, Genome, Program};
+use super::attributes::NEW_BLUR;
+use super::{Camera, Element, Genome, Program};
 
 /// How the camera stands in space: by default straight in front of the plane z = 0, where it changes nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,6 +25,9 @@ pub struct Pose {
     pub perspective: f64,
     /// `cam_dof`: how much things blur by their distance from the plane of the camera.
     pub depth_blur: f64,
+    /// `dof_one_sided`: how much less is blurred what stands above that plane; 0 in Apophysis, 1, so not at all, in
+    /// JWildfire.
+    pub one_sided: f64,
     /// `cam_zpos`: the height about which everything is turned.
     pub height: f64,
     /// `cam_pos_x`, `cam_pos_y` and `cam_pos_z`: by how much points are moved after the turns; the last one moves them away.
@@ -83,10 +88,23 @@ impl Genome {
         if is_of_space { 0.0 } else { 1.0 }
     }
 
-    /// Writes how far the centre turns, where it is not as usual.
-    pub(super) fn write_center_turns(&self, root: &mut Element) {
-        if self.camera.center_turns != self.usual_center_turns() {
-            root.set("center_turns", self.camera.center_turns);
+    /// How much less is blurred above the plane of the camera, where the genome does not say so.
+    pub(super) fn usual_one_sided(&self) -> f64 {
+        let is_blurred = self.program() == Some(Program::JWildfire) && self.camera.pose.depth_blur != 0.0;
+        let is_new = self.extra.iter().any(|(name, value)| name == NEW_BLUR && value.trim() != "0");
+        if is_blurred && !is_new { 1.0 } else { 0.0 }
+    }
+
+    /// Writes what programs do in their own ways and the genome does not as its program does.
+    pub(super) fn write_unusual_camera(&self, root: &mut Element) {
+        let Camera { center_turns, pose, .. } = &self.camera;
+        for (name, value, usual) in [
+            ("center_turns", *center_turns, self.usual_center_turns()),
+            ("dof_one_sided", pose.one_sided, self.usual_one_sided()),
+        ] {
+            if value != usual {
+                root.set(name, value);
+            }
         }
     }
 }

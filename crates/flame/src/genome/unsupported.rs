@@ -185,7 +185,7 @@ impl Genome {
             found.add_xform(&place, xform, &marked);
         }
         for (name, value) in &self.extra {
-            match of_flame(name, value, self.camera.rotate) {
+            match of_flame(name, value, &self.camera) {
                 Meaning::Neutral => {}
                 Meaning::Asks(why) => found.add(FLAME, name, value, why),
                 Meaning::Unknown => found.without.0.push(Reason::new(FLAME, name, value, Why::Attribute)),
@@ -233,7 +233,7 @@ impl Genome {
     /// What of `extra` and `children` is part of the picture, or a reason to draw none.
     pub(crate) fn drawn_parts(&self) -> (Vec<(String, String)>, Vec<Element>) {
         let is_part = |(name, value): &&(String, String)| {
-            name == MARK || matches!(of_flame(name, value, self.camera.rotate), Meaning::Asks(_))
+            name == MARK || matches!(of_flame(name, value, &self.camera), Meaning::Asks(_))
         };
         let extra = self.extra.iter().filter(is_part).cloned().collect();
         (extra, self.children.iter().filter(|child| child.tag == "layer").cloned().collect())

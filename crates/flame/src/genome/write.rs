@@ -55,7 +55,7 @@ impl Genome {
         root.set("scale", self.camera.scale);
         root.set("zoom", self.camera.zoom);
         root.set("rotate", self.camera.rotate);
-        self.write_center_turns(root);
+        self.write_unusual_camera(root);
         self.camera.pose.write(root);
     }
 

@@ -28,6 +28,8 @@ pub(crate) struct Projection {
     rows: [[f64; 3]; 3],
     perspective: f64,
     blur: f64,
+    /// The same for points above the plane of the camera.
+    blur_above: f64,
 }
 
 impl Projection {
@@ -45,7 +47,8 @@ impl Projection {
         let tilted = |first: f64, second: f64| std::array::from_fn(|i| first * upright[i] + second * rolled[i]);
         let rows = [across, tilted(pitch_cos, -pitch_sin), tilted(pitch_sin, pitch_cos)];
         let Pose { height, shift, perspective, .. } = *pose;
-        Some(Projection { height, shift, rows, perspective, blur: BLUR * pose.depth_blur })
+        let blur = BLUR * pose.depth_blur;
+        Some(Projection { height, shift, rows, perspective, blur, blur_above: blur * (1.0 - pose.one_sided) })
     }
 
     /// Where a point is seen.
@@ -55,7 +58,9 @@ impl Projection {
         let [mut across, mut up, depth] = self.rows.map(|[a, b, c]| x * a + y * b + z * c);
         if self.blur != 0.0 {
             let (sin, cos) = (random.unit() * TAU).sin_cos();
-            let radius = random.unit() * depth * self.blur;
+            let is_above = depth.like(0.0).less(depth);
+            let blur = N::select(is_above, depth.like(self.blur_above), depth.like(self.blur));
+            let radius = random.unit() * depth * blur;
             (across, up) = (across + radius * cos, up + radius * sin);
         }
         let [right, above, away] = self.shift;
@@ -107,5 +112,12 @@ mod tests {
         ));
         let blurred = seen(Pose { depth_blur: 1.0, ..Pose::default() }, [0.0, 0.0, 2.0]);
         assert!(libm::hypot(blurred.0, blurred.1) < 0.2 && blurred != (0.0, 0.0));
+        let one_sided = |one_sided: f64, z: f64| {
+            let (x, y) = seen(Pose { depth_blur: 1.0, one_sided, ..Pose::default() }, [0.0, 0.0, z]);
+            libm::hypot(x, y)
+        };
+        assert_eq!([one_sided(1.0, 2.0), one_sided(0.0, 2.0)], [0.0, libm::hypot(blurred.0, blurred.1)]);
+        assert_eq!(one_sided(1.0, -2.0), one_sided(0.0, -2.0));
+        assert!(one_sided(1.0, -2.0) > 0.0 && (one_sided(0.5, 2.0) / one_sided(0.0, 2.0) - 0.5).abs() < 1e-12);
     }
 }

@@ -144,6 +144,26 @@ fn a_jwildfires_picture_in_space_turns_about_the_origin_and_others_about_their_c
 }
 
 #[test]
+fn a_jwildfires_depth_blur_is_on_one_side_unless_the_genome_says_otherwise() {
+    let jwildfire = "version=\"JWildfire V7.30 (27.11.2021)\"";
+    for (attributes, expected) in [
+        (format!("{jwildfire} cam_dof=\"2\""), 1.0),
+        (format!("{jwildfire} cam_dof=\"2\" dof_one_sided=\"0.25\""), 0.25),
+        (format!("{jwildfire} cam_dof=\"2\" new_dof=\"1\""), 0.0),
+        (jwildfire.to_owned(), 0.0),
+        ("cam_dof=\"2\"".to_owned(), 0.0),
+        ("cam_dof=\"2\" dof_one_sided=\"1\"".to_owned(), 1.0),
+    ] {
+        let genome = flame("linear3D=\"1\" zblur=\"1\"", &attributes, "");
+        assert_eq!(genome.camera.pose.one_sided.to_bits(), f64::to_bits(expected), "{attributes}");
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), genome, "{attributes}");
+    }
+    let refused =
+        Genome::parse(&flame("linear=\"1\"", "", "").to_xml().replacen("<flame", "<flame dof_one_sided=\"2\"", 1));
+    assert!(refused.unwrap_err().to_string().contains("a number from 0 to 1"));
+}
+
+#[test]
 fn a_jwildfires_last_transform_colours_only_where_it_says_so() {
     // As JWildfire 9.00 draws a disc of colour 1 after a last transform of colour 0.
     let jwildfire = "version=\"JWildfire V7.30 (27.11.2021)\"";
