@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.dry_run {
         let gpu = backend.name().map(str::to_owned);
         DryRun::new(&selection, &look, &args.dir, &part, threads, gpu)?.print(args.json)?;
-        return Ok(if selection.left_out.is_empty() { Exit::Fine } else { Exit::No });
+        return Ok(selection.exit());
     }
     args.make(&selection, &look, threads, part)
 }
@@ -185,8 +185,8 @@ impl Args {
         if let Some(told) = self.look.preset.and_then(|preset| Preset::from(preset).other_form(manifest)) {
             print::note(&told);
         }
-        for SkippedClip { clip, reason, .. } in &selection.left_out {
-            print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+        for skipped in &selection.left_out {
+            print::note(&format!("note: {}", skipped.in_words()));
         }
         if !selection.changed.is_empty() && !self.again && self.plan.is_none() {
             let clips = print::count(selection.changed.len(), "clip");
@@ -249,8 +249,14 @@ impl Args {
         self.answer(selection, made, watch)?;
         let is_there =
             |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::Rendered | Outcome::UpToDate(_));
-        let is_whole = selection.left_out.is_empty() || self.shard.is_some();
-        Ok(if is_whole && made.outcomes.iter().all(is_there) { Exit::Fine } else { Exit::No })
+        // The run that encodes answers for genomes that are not drawn, and each part for files that it cannot read.
+        let left_out = selection.exit();
+        let is_whole = matches!(left_out, Exit::Fine) || self.shard.is_some() && matches!(left_out, Exit::No);
+        Ok(match (is_whole, made.outcomes.iter().all(is_there)) {
+            (false, _) => left_out,
+            (true, false) => Exit::No,
+            (true, true) => Exit::Fine,
+        })
     }
 
     fn answer(&self, selection: &Selection, made: &RunResult, watch: &Stopwatch) -> Result<(), Fatal> {

@@ -1,14 +1,14 @@
 //! The selection of a flock's clips to render.
 //!
 //! Owns the choice: which clips are missing or were rendered from something else, which of them can be rendered, and why the
-//! others cannot. Never renders and never decodes a clip: `dreams check` judges it. A clip that the tools did not render, or
+//! others cannot: they are left out, whatever is wrong with their genomes. Never renders and never decodes a clip: `dreams check` judges it. A clip that the tools did not render, or
 //! did not leave so, is the artist's own and counts as made.
 //!
 //! Start at [`Selection::new`].
 
 use std::collections::{HashMap, HashSet};
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flame::Backend;
 use flame::genome::Reasons;
@@ -19,7 +19,7 @@ use super::clip_job::{hash_of, recorded};
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
 use crate::flock_folder::ids;
 use crate::program::reasons::{reasons_of, serialize};
-use crate::program::{Exit, Fatal};
+use crate::program::{Exit, Fatal, chain};
 use crate::species;
 
 /// The clips to render, and the missing ones that cannot be rendered.
@@ -28,17 +28,23 @@ pub struct Selection {
     pub clips: Vec<ClipPlan>,
     /// Those of them that are there, rendered from another recipe.
     pub changed: HashSet<ClipPath>,
-    /// Clips that are missing and cannot be rendered.
+    /// Clips that cannot be rendered: missing ones, and those whose genome has become unusable since.
     pub left_out: Vec<SkippedClip>,
     /// Most memory that a frame takes, in bytes.
     pub bytes: u64,
 }
 
-/// A clip that is missing and cannot be rendered.
+/// A clip that cannot be rendered.
 #[derive(Debug, serde::Serialize)]
 pub struct SkippedClip {
     /// Which.
     pub clip: ClipPath,
+    /// Whether an older one is there.
+    #[serde(skip)]
+    pub is_there: bool,
+    /// The status of a command that was asked for it.
+    #[serde(skip)]
+    pub exit: Exit,
     /// Why, for people.
     pub reason: String,
     /// What a genome of it asks for that is not drawn.
@@ -46,11 +52,14 @@ pub struct SkippedClip {
     pub reasons: Reasons,
 }
 
-/// Why a clip cannot be rendered though no file is wrong.
+/// Why a clip cannot be rendered.
 #[derive(Clone)]
 struct Obstacle {
     reason: String,
     reasons: Reasons,
+    exit: Exit,
+    /// Whether a genome is there and cannot be used. A clip that was rendered from it is out of date, perhaps.
+    is_of_genome: bool,
 }
 
 /// The clips that are asked for.
@@ -75,15 +84,6 @@ pub enum Scope<'a> {
     Missing,
 }
 
-/// A genome that cannot be rendered.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot render genome `{path}` of sheep `{id}`")]
-struct GenomeFileError {
-    path: PathBuf,
-    id: SheepId,
-    source: Box<dyn Error>,
-}
-
 /// A sheep that was asked for and is not there.
 #[derive(Debug, thiserror::Error)]
 #[error("the flock `{flock}` has no sheep `{id}`")]
@@ -102,15 +102,15 @@ struct Genomes<'a> {
     /// The length of the turn of a sheep without a loop.
     usual: FrameCount,
     read: HashMap<&'a SheepId, SheepMotion>,
-    /// Those that ask for what is not drawn.
-    undrawn: HashMap<&'a SheepId, Obstacle>,
+    /// Those that cannot be used.
+    refused: HashMap<&'a SheepId, Obstacle>,
 }
 
 impl Selection {
     /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`, drawn by
     /// `backend`.
-    /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read, or cannot be rendered
-    /// for another reason than that it asks for what is not drawn.
+    /// A genome that is missing, torn or not drawn leaves out its own clips alone.
+    /// Errors: [`Fatal`] if a sheep is not in the flock.
     pub fn new(
         folder: &Path,
         manifest: &Manifest,
@@ -124,7 +124,6 @@ impl Selection {
             let hint = ids::unknown(&id, manifest);
             return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }).hint(hint));
         }
-        let malformed = |error| Fatal::new(Exit::Malformed, error);
         let picked = |id: &SheepId| request.sheep.is_empty() || request.sheep.contains(id);
         let mut selection = Self { clips: Vec::new(), changed: HashSet::new(), left_out: Vec::new(), bytes: 0 };
         let mut paths = Paths::of(manifest);
@@ -145,12 +144,14 @@ impl Selection {
                 continue;
             }
             let refused = paths.refuse(&clip.path);
-            let plan = match refused.map_or_else(|| genomes.plan(&role, clip), |reason| Ok(Err(reason)))? {
-                Ok(plan) => plan,
-                Err(Obstacle { reason, reasons }) => {
-                    // One that is there may have lost its genome.
-                    if !is_there || matches!(request.scope, Scope::All) {
-                        selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason, reasons });
+            let planned = refused.map_or_else(|| genomes.plan(&role, clip), Err);
+            let (plan, bytes) = match planned {
+                Ok(planned) => planned,
+                Err(Obstacle { reason, reasons, exit, is_of_genome }) => {
+                    // The genome of one that is there may have been taken away on purpose.
+                    if !is_there || is_of_genome || matches!(request.scope, Scope::All) {
+                        let clip = clip.path.clone();
+                        selection.left_out.push(SkippedClip { clip, is_there, exit, reason, reasons });
                     }
                     continue;
                 }
@@ -165,16 +166,42 @@ impl Selection {
             if is_changed {
                 selection.changed.insert(clip.path.clone());
             }
-            selection.bytes = selection.bytes.max(plan.demand(look).map_err(malformed)?.bytes);
+            selection.bytes = selection.bytes.max(bytes);
             selection.clips.push(plan);
         }
         Ok(selection)
+    }
+
+    /// The status of a command that has rendered all the others: the gravest of those left out.
+    pub fn exit(&self) -> Exit {
+        self.left_out.iter().map(|one| one.exit).max_by_key(|&exit| exit as u8).unwrap_or(Exit::Fine)
+    }
+}
+
+impl SkippedClip {
+    /// Says for people what becomes of the clip, and why.
+    pub fn in_words(&self) -> String {
+        let Self { clip, is_there, reason, .. } = self;
+        let state = if *is_there { "stays as it is" } else { "is missing" };
+        format!("`{clip}` {state} and cannot be rendered: {reason}")
     }
 }
 
 impl From<String> for Obstacle {
     fn from(reason: String) -> Self {
-        Self { reason, reasons: Reasons::default() }
+        Self { reason, reasons: Reasons::default(), exit: Exit::No, is_of_genome: false }
+    }
+}
+
+impl Obstacle {
+    /// The genome in the file `file` of the sheep `id` cannot be used.
+    fn of_genome(file: &ClipPath, id: &SheepId, exit: Exit, source: &(dyn Error + 'static)) -> Self {
+        let (reasons, exit) = match reasons_of(source) {
+            Some(reasons) => (reasons.clone(), Exit::No),
+            None => (Reasons::default(), exit),
+        };
+        let reason = format!("genome `{file}` of sheep `{id}` cannot be drawn: {}", chain(source));
+        Self { reason, reasons, exit, is_of_genome: true }
     }
 }
 
@@ -226,55 +253,56 @@ impl<'a> Genomes<'a> {
             sheep,
             usual: usual_turn(manifest),
             read: HashMap::new(),
-            undrawn: HashMap::new(),
+            refused: HashMap::new(),
         }
     }
 
-    /// The plan of a clip, or why there is none.
-    fn plan(&mut self, role: &ClipRole, clip: &Clip) -> Result<Result<ClipPlan, Obstacle>, Fatal> {
+    /// The plan of a clip and the memory that a frame of it takes, in bytes; or why there is none.
+    fn plan(&mut self, role: &ClipRole, clip: &Clip) -> Result<(ClipPlan, u64), Obstacle> {
         let (ids, path, frames) = (role.sheep(), clip.path.clone(), clip.frames);
         for id in ids {
-            if let Some(obstacle) = self.read(id)? {
-                return Ok(Err(obstacle));
-            }
+            self.read(id)?;
         }
         let ends = ids.map(|id| &self.read[id]);
-        Ok(Ok(match role.clone() {
+        let plan = match role.clone() {
             ClipRole::Loop(id) => ClipPlan::of_loop(id, ends[0], path, frames, self.look),
             ClipRole::Transition(from, to) => ClipPlan::of_transition([from, to], ends, path, frames, self.look),
-        }))
+        };
+        let demand =
+            plan.demand(self.look).map_err(|error| Obstacle { exit: Exit::Malformed, ..chain(&error).into() })?;
+        Ok((plan, demand.bytes))
     }
 
-    /// Reads the genome of the sheep `id`. Returns the obstacle if it has none, or one that asks for what is not drawn; that
-    /// ends no command.
-    fn read(&mut self, id: &SheepId) -> Result<Option<Obstacle>, Fatal> {
+    /// Reads the genome of the sheep `id`, once.
+    /// Errors: The obstacle if it has none, or one that is missing, torn or not drawn.
+    fn read(&mut self, id: &SheepId) -> Result<(), Obstacle> {
         if self.read.contains_key(id) {
-            return Ok(None);
+            return Ok(());
         }
         let Some((&id, &sheep)) = self.sheep.get_key_value(id) else {
-            return Ok(Some(format!("sheep `{id}` is not in the flock").into()));
+            return Err(format!("sheep `{id}` is not in the flock").into());
         };
-        let Some(file) = &sheep.genome else { return Ok(Some(format!("sheep `{id}` has no genome").into())) };
-        if let Some(obstacle) = self.undrawn.get(id) {
-            return Ok(Some(obstacle.clone()));
+        let Some(file) = &sheep.genome else { return Err(format!("sheep `{id}` has no genome").into()) };
+        if let Some(obstacle) = self.refused.get(id) {
+            return Err(obstacle.clone());
         }
-        let path = file.inside(self.folder);
-        let refused = |exit, source: Box<dyn Error>| {
-            Fatal::new(exit, GenomeFileError { path: path.clone(), id: id.clone(), source })
-        };
-        let genome = species::read(&path, self.backend).map_err(|why| refused(why.exit, why.source))?;
-        let turning = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
-        match turning.demand(self.look) {
-            Ok(_) => drop(self.read.insert(id, turning)),
-            Err(source) => {
-                let Some(reasons) = reasons_of(&source).cloned() else {
-                    return Err(refused(Exit::Malformed, source.into()));
-                };
-                let reason = format!("genome `{file}` of sheep `{id}` cannot be drawn: {source}");
-                self.undrawn.insert(id, Obstacle { reason, reasons });
+        match self.motion(sheep, file) {
+            Ok(motion) => drop(self.read.insert(id, motion)),
+            Err((exit, source)) => {
+                let obstacle = Obstacle::of_genome(file, id, exit, &*source);
+                self.refused.insert(id, obstacle.clone());
+                return Err(obstacle);
             }
         }
-        Ok(self.undrawn.get(id).cloned())
+        Ok(())
+    }
+
+    /// The motion of `sheep`, whose genome is in the file `file`.
+    fn motion(&self, sheep: &Sheep, file: &ClipPath) -> Result<SheepMotion, (Exit, Box<dyn Error>)> {
+        let genome = species::read(&file.inside(self.folder), self.backend).map_err(|why| (why.exit, why.source))?;
+        let motion = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
+        motion.demand(self.look).map_err(|error| (Exit::Malformed, error.into()))?;
+        Ok(motion)
     }
 }
 

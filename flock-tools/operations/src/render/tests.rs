@@ -22,6 +22,7 @@ use super::make::{MakeError, Outcome, RunOptions, RunResult, make};
 use super::plan::{ClipPlan, ClipRole, Look, SEED};
 use super::selection::{Request, Scope, Selection};
 use super::shard::{Part, shard};
+use crate::program::Exit;
 
 /// Tiny and coarse.
 static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
@@ -274,19 +275,35 @@ fn what_cannot_be_rendered_is_told_with_its_reason() {
 }
 
 #[test]
-fn genomes_that_cannot_be_drawn_are_refused_before_anything_is_rendered() {
+fn a_missing_or_torn_genome_leaves_its_own_clips_out_alone() {
     let flock = TestFlock::new(BODY);
-    for (text, part) in [
-        ("<flame/>", "NoPalette"),
-        ("not xml", "Xml"),
-        ("<flames><flame/><flame/></flames>", "Count"),
+    flock.make(false, &LOOK, &options(2)).unwrap();
+    let malformed = [
+        ("<flame/>", "no palette"),
+        ("not xml", "XML"),
+        ("<flames><flame/><flame/></flames>", "2"),
         ("<flame><xform weight=\"1\" waltz=\"1\"/><palette count=\"256\" format=\"RGB\"/></flame>", "0 digits"),
-    ] {
-        fs::write(flock.at("b.flam3"), text).unwrap();
-        assert!(flock.refused(&[]).contains(part), "{text}: {}", flock.refused(&[]));
+    ];
+    let unreadable = [(None, "No such file", Exit::Unreadable)];
+    for (text, part, exit) in
+        malformed.map(|(text, part)| (Some(text), part, Exit::Malformed)).into_iter().chain(unreadable)
+    {
+        match text {
+            Some(text) => fs::write(flock.at("b.flam3"), text).unwrap(),
+            None => fs::remove_file(flock.at("b.flam3")).unwrap(),
+        }
+        for again in [false, true] {
+            let selection = flock.selection(&[], again, &LOOK);
+            assert_eq!(paths(&selection), if again { &["loops/a.mp4"][..] } else { &[] }, "{part}");
+            let left_out: Vec<_> = selection.left_out.iter().map(|one| one.clip.as_str()).collect();
+            assert_eq!(left_out, ["loops/b.mp4", "t/a=b.mp4", "t/b=a.mp4"], "clips that are there, too: {part}");
+            assert_eq!(selection.exit() as u8, exit as u8, "{part}");
+            for one in &selection.left_out {
+                let told = one.in_words();
+                assert!(told.contains("b.flam3") && told.contains(part) && told.contains("stays as it is"), "{told}");
+            }
+        }
     }
-    fs::remove_file(flock.at("b.flam3")).unwrap();
-    assert!(flock.refused(&[]).contains("Unreadable"));
 }
 
 #[test]

@@ -89,8 +89,8 @@ impl Media {
             frames: plan.frames.0,
             cost_s: self.cost_of_plan(manifest, plan, &look),
         };
-        let told = |skipped: &SkippedClip| format!("`{}` cannot be rendered: {}", skipped.clip, skipped.reason);
-        Ok((selection.clips.iter().map(work).collect(), selection.left_out.iter().map(told).collect()))
+        let left_out = selection.left_out.iter().map(SkippedClip::in_words).collect();
+        Ok((selection.clips.iter().map(work).collect(), left_out))
     }
 
     /// Renders the clip at `path`, with every core, and writes its hash into the manifest. Frames of earlier runs are not
