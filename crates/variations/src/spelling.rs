@@ -6,7 +6,7 @@
 //!
 //! Start at [`Spelling::of`].
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::LazyLock;
 
 use super::{Kind, Slot, Stage, Variation};
@@ -146,12 +146,32 @@ impl Variation {
         self.attribute() + CARRY
     }
 
+    /// The variations of a transform with the numbers that spell them. Numbers count within a stage, and some stages share
+    /// names: one that a priority moves gets a number that no other of its name has.
+    pub fn spelled(variations: &[Variation]) -> Vec<Variation> {
+        let of_name = variations.iter().filter(|variation| variation.is_spelled_by_name());
+        let mut taken: HashSet<String> = of_name.map(Variation::attribute).collect();
+        let mut spell = |variation: &Variation| {
+            if variation.is_spelled_by_name() {
+                return *variation;
+            }
+            let numbers = std::iter::once(variation.number).chain(0..u8::MAX);
+            let mut all = numbers.map(|number| Variation { number, ..*variation });
+            all.find(|other| taken.insert(other.attribute())).unwrap_or(*variation)
+        };
+        variations.iter().map(&mut spell).collect()
+    }
+
+    /// Whether the name alone says when it is applied.
+    fn is_spelled_by_name(&self) -> bool {
+        Spelling::of(&self.attribute()).is_some_and(|spelling| spelling.slot.stage == self.stage)
+    }
+
     /// The attributes that are needed besides to say when it is applied, with their values.
     pub fn stage_attributes(&self) -> Vec<(String, f64)> {
         let name = self.attribute();
         let mut found = Vec::new();
-        let spelled = Spelling::of(&name).map(|spelling| spelling.slot.stage);
-        if spelled != Some(self.stage) {
+        if !self.is_spelled_by_name() {
             let priority = match self.stage {
                 Stage::Before | Stage::AddedBefore => -1.0,
                 Stage::Sum | Stage::Running | Stage::Never => 0.0,

@@ -5,6 +5,7 @@
 //!
 //! Start at [`genome`]; `split.rs` finds the flames of a text.
 
+use std::collections::{HashMap, HashSet};
 use std::str::FromStr;
 
 use roxmltree::Node;
@@ -324,25 +325,29 @@ fn entry(xform: &mut Xform, slot: Slot) -> &mut Variation {
 
 /// Moves variations to the stages that their `_fx_priority` says, once all are known. What moves none is kept as it is.
 fn apply_priorities(xform: &mut Xform) {
-    let extra = std::mem::take(&mut xform.extra);
-    for (name, value) in extra {
-        if !apply_priority(xform, &name, &value) {
-            xform.extra.push((name, value));
-        }
+    let of_slot = |(name, value): &(String, String)| match Spelling::of(name) {
+        Some(Spelling { slot, part: Part::Priority }) => Some((slot, stage_of(slot, value)?)),
+        _ => None,
+    };
+    let moves: HashMap<Slot, Stage> = xform.extra.iter().filter_map(of_slot).collect();
+    let mut moved = HashSet::new();
+    // In the order of the variations, which writing keeps: two of a kind keep their order.
+    for at in 0..xform.variations.len() {
+        let slot = xform.variations[at].slot();
+        let Some(&stage) = moves.get(&slot) else { continue };
+        let of_stage = |other: &&Variation| (other.kind, other.stage) == (slot.kind, stage);
+        let Ok(number) = u8::try_from(xform.variations.iter().filter(of_stage).count()) else { continue };
+        (xform.variations[at].stage, xform.variations[at].number) = (stage, number);
+        moved.insert(slot);
     }
+    let is_kept = |it: &(String, String)| of_slot(it).is_none_or(|(slot, _)| !moved.contains(&slot));
+    xform.extra.retain(is_kept);
 }
 
-/// Whether the attribute moved a variation.
-fn apply_priority(xform: &mut Xform, name: &str, value: &str) -> bool {
-    let Some(Spelling { slot, part: Part::Priority }) = Spelling::of(name) else { return false };
-    let Some(at) = xform.variations.iter().position(|variation| variation.slot() == slot) else { return false };
-    let stage = value.trim().parse().ok().and_then(|value| Spelling::stage_of_priority(slot, value));
-    let Some(stage) = stage.filter(|stage| *stage != slot.stage) else { return false };
-    let of_stage = |other: &&Variation| (other.kind, other.stage) == (slot.kind, stage);
-    let number = xform.variations.iter().filter(of_stage).count();
-    let Ok(number) = u8::try_from(number) else { return false };
-    (xform.variations[at].stage, xform.variations[at].number) = (stage, number);
-    true
+/// The stage to which a priority of `value` moves the variation in `slot`, if it moves it.
+fn stage_of(slot: Slot, value: &str) -> Option<Stage> {
+    let stage = Spelling::stage_of_priority(slot, value.trim().parse().ok()?)?;
+    Some(stage).filter(|stage| *stage != slot.stage)
 }
 
 fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {

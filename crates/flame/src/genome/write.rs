@@ -8,6 +8,7 @@ use std::fmt::{Display, Write};
 
 use super::carry::Carrier;
 use super::{Affine, Element, Genome, Palette, PaletteBlend, Wave, Xform};
+use variations::Variation;
 
 impl Genome {
     /// The flame as one `<flame>` element, with every attribute and everything that was kept.
@@ -106,7 +107,7 @@ impl Xform {
         }
         self.tilt.write("Coefs", &mut element);
         self.post_tilt.write("Post", &mut element);
-        for variation in &self.variations {
+        for variation in &Variation::spelled(&self.variations) {
             element.set(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {
                 element.set(&variation.parameter_attribute(parameter.name), value);

@@ -108,6 +108,23 @@ fn two_of_a_kind_both_count() {
 }
 
 #[test]
+fn two_of_a_kind_in_different_stages_are_written_under_two_names() {
+    for variations in [
+        "bubble=\"0.3\" bubble_fx_priority=\"0\" bubble#1#=\"0.2\" bubble#1#_fx_priority=\"1\"",
+        "bubble=\"0.3\" bubble_fx_priority=\"1\" bubble#1#=\"0.2\" bubble#1#_fx_priority=\"0\"",
+        "bubble=\"0.3\" bubble_fx_priority=\"-1\" bubble#1#=\"0.2\" bubble#1#_fx_priority=\"1\"",
+        "bubble=\"0.3\" bubble#1#=\"0.2\" bubble#1#_fx_priority=\"1\" bubble#2#=\"-0.1\" bubble#3#=\"0.1\" bubble#3#_fx_priority=\"1\"",
+        "bubble#1#_fx_priority=\"1\" bubble_fx_priority=\"1\" bubble=\"0.3\" bubble#1#=\"-0.2\"",
+        "linear=\"0.3\" linear#1#=\"0.2\" linear#1#_fx_priority=\"1\" rings2=\"0.1\" rings2_val=\"0.4\" rings2#1#=\"0.1\" rings2#1#_val=\"0.7\" rings2#1#_fx_priority=\"-1\"",
+    ] {
+        let genome = flame(variations, "version=\"JWildfire V7.30 (27.11.2021)\"", "");
+        let again = Genome::parse(&genome.to_xml()).unwrap_or_else(|error| panic!("{variations}: {error}"));
+        assert_eq!(again, genome, "{variations}");
+        assert_eq!(again.to_xml(), genome.to_xml(), "{variations}");
+    }
+}
+
+#[test]
 fn a_tilted_plane_is_lower_and_a_camera_goes_round() {
     let straight = |more: &str| picture(&flame("linear=\"1\"", more, ""));
     let squeeze = |factor: f64| format!("<finalxform coefs=\"1 0 0 {factor} 0 0\" color_speed=\"0\" linear=\"1\"/>");
