@@ -171,9 +171,10 @@ fn key_frames_are_one_animation_and_the_artist_decides() {
 }
 
 #[test]
-fn hidden_folders_are_passed_over_and_counted_and_never_win() {
+fn hidden_files_and_folders_are_passed_over_and_counted_and_never_win() {
     let folders = ImportFolders::new("64x48");
-    let hidden = [".Trashes/501", "$RECYCLE.BIN", "System Volume Information", "@eaDir", "works/.old"];
+    let hidden =
+        [".Trashes/501", "$RECYCLE.BIN", "System Volume Information", "@eaDir", "works/.old", "#recycle", "__MACOSX"];
     let film = |folder: &str, frames| {
         folders.film(&format!("{folder}/a=a.avi"), "testsrc2=size=64x48:rate=30", frames, &["-c:v", "ffv1"]);
         fs::write(folders.inbox().join(folder).join("ram.flame"), named("ram", frames as f64 / 16.0)).unwrap();
@@ -182,15 +183,19 @@ fn hidden_folders_are_passed_over_and_counted_and_never_win() {
         film(folder, 3);
     }
     film("works", 5);
+    fs::write(folders.inbox().join("works/._ram.flame"), b"\0\x05\x16\x07 of macOS").unwrap();
     symlink("@eaDir", folders.inbox().join("thumbs")).unwrap();
     let (answer, told) = folders.answer_and_notes(0, &["."]);
     assert_eq!((&answer["clips"].as_array().unwrap().len(), &answer["clips"][0]["frames"]), (&1, &json!(5)));
     assert!(answer["clips"][0]["source"].as_str().unwrap().ends_with("works/a=a.avi"), "{answer}");
-    assert_eq!((sheep(&answer), &answer["hidden"]), (added(&["ram"]), &json!(6)));
+    assert_eq!((sheep(&answer), &answer["hidden"]), (added(&["ram"]), &json!(9)));
     assert!(!told.contains("left out"), "{told}");
     let said = output(&mut folders.import(&["."]));
     let told = String::from_utf8_lossy(&said.stderr).into_owned();
-    assert!(told.contains("note: 6 folders passed over, hidden or of deleted files"), "{told}");
+    assert!(
+        told.contains("note: 9 items passed over: hidden, deleted or of a system; name one to import it"),
+        "{told}"
+    );
     let given = folders.answer(0, &[".Trashes"]);
     assert_eq!((sheep(&given), &given["hidden"]), (added(&["ram.2"]), &json!(0)));
 }

@@ -32,7 +32,7 @@ pub(super) struct Answer {
     pub(super) tombstones: usize,
     /// Links to folders that are searched anyway.
     pub(super) links: usize,
-    /// Folders that are hidden, or hold deleted files or a system's own.
+    /// Files and folders that are hidden, or hold deleted files or a system's own.
     pub(super) hidden: usize,
     /// Files with the key frames of one animation, of which sheep were made.
     pub(super) key_frames: usize,
@@ -231,7 +231,7 @@ impl Answer {
         }
         for (count, what, why) in [
             (self.links, "link", "passed over, to folders that are searched anyway"),
-            (self.hidden, "folder", "passed over, hidden or of deleted files; it is searched if it is named"),
+            (self.hidden, "item", "passed over: hidden, deleted or of a system; name one to import it"),
             (self.key_frames, "file", "with the key frames of one animation, which moves here in a way of its own"),
         ] {
             if count > 0 {

@@ -32,7 +32,7 @@ pub(super) struct Cost {
 pub(super) fn estimate(importer: &Importer<'_>, plans: &[ClipPlan]) -> Option<Cost> {
     let (encode, copy): (Vec<&FilePlan>, Vec<&FilePlan>) =
         plans.iter().map(ClipPlan::first).partition(|file| file.encode.is_some());
-    let copied = copy.iter().filter_map(|file| Some(fs::metadata(&file.source).ok()?.len() as f64)).sum();
+    let copied = copy.iter().filter_map(|file| Some(fs::metadata(&file.source).ok()?.len())).sum::<u64>() as f64;
     if encode.is_empty() {
         return Some(Cost { cpu_seconds: 0.0, bytes: copied });
     }

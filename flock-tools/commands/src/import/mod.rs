@@ -77,10 +77,10 @@ const BYTES_PER_PIXEL: u64 = 300;
 /// written into credits.toml; entries that are there stay.
 ///
 /// Damaged files, those with unclear names and folders that cannot be listed are left out and named. Of several files for
-/// one loop the first sound one is taken. Links to folders are followed within the folders that are named. Hidden folders
-/// and those of deleted files are passed over, unless they are named. Clips that
-/// the flock has already are passed over, so that the same command continues after an interruption; --force replaces
-/// them. In names, bytes that are not UTF-8 are told as `\\xff`, control characters as `\\u{1b}`.
+/// one loop the first sound one is taken. Links to folders are followed within the folders that are named. Hidden files
+/// and folders and those of deleted files are passed over, unless they are named. Clips that the flock has already are
+/// passed over, so that the same command continues after an interruption; --force replaces them. In names, bytes that
+/// are not UTF-8 are told as `\\xff`, control characters as `\\u{1b}`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  all is in the flock

@@ -39,6 +39,8 @@ fn plain(name: &str) -> Option<String> {
         ElectricName::of_file(name).map_or_else(|| deunicode_with_tofu(name, ""), |name| name.sheep().to_string());
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
     let plain: String = name.trim().chars().map(plain).collect();
+    // A word that begins with `-` is an option, and a file that begins with `.` is hidden.
+    let plain = plain.trim_start_matches(['-', '.']).to_owned();
     plain.contains(|c: char| c.is_ascii_alphanumeric()).then_some(plain)
 }
 
@@ -74,6 +76,9 @@ mod tests {
             ("\u{5317}\u{4eac}", "Bei-Jing"),
             ("\u{3042}\u{3044}", "ai"),
             ("\u{1f525}", "fire"),
+            ("\u{201c}\u{dc}rw\u{20ac}\u{201d}", "UrwEUR-"),
+            ("--help", "help"),
+            ("../../etc/passwd", "etc-passwd"),
         ] {
             assert_eq!(of(Some(name), "x", None), wanted, "{name}");
         }

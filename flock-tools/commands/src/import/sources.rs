@@ -16,8 +16,9 @@ use operations::render::plan::ClipRole;
 use super::SkippedFile;
 use super::file_kind::{FileKind, Origin, file_kind, origin};
 
-/// Names of folders for deleted files and thumbnails, in which artists keep nothing: of Windows and of network drives.
-const SYSTEMS: &[&str] = &["$RECYCLE.BIN", "@eaDir", "lost+found", "RECYCLER", "System Volume Information"];
+/// Names of folders for deleted files and thumbnails, in which artists keep nothing: of Windows, macOS and network drives.
+const SYSTEMS: &[&str] =
+    &["#recycle", "$RECYCLE.BIN", "@eaDir", "__MACOSX", "lost+found", "RECYCLER", "System Volume Information"];
 
 /// The files to import, in the order in which they are taken in: loops, transitions, genomes, each by name.
 #[derive(Debug, Default)]
@@ -31,7 +32,7 @@ pub(super) struct Sources {
     pub(super) others: usize,
     /// Links to folders that are searched anyway.
     pub(super) links: usize,
-    /// Folders that are passed over for their names.
+    /// Files and folders that are passed over for their names.
     pub(super) hidden: usize,
 }
 
@@ -112,9 +113,7 @@ impl Sources {
             };
             for entry in entries {
                 match entry.and_then(|entry| Ok((entry.path(), entry.file_type()?))) {
-                    Ok((path, kind)) if (kind.is_dir() || kind.is_symlink() && path.is_dir()) && is_hidden(&path) => {
-                        self.hidden += 1;
-                    }
+                    Ok((path, _)) if is_hidden(&path) => self.hidden += 1,
                     Ok((path, kind)) if kind.is_dir() => {
                         if number(&path).is_none_or(|number| search.searched.insert(number)) {
                             waiting.push(path);
@@ -195,9 +194,9 @@ pub(super) fn doubled(role: &ClipRole, first: &Path, other: &Path) -> SkippedFil
     SkippedFile::new(other, reason)
 }
 
-/// Whether a folder is hidden, or is where a system puts deleted files or files of its own.
-fn is_hidden(folder: &Path) -> bool {
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+/// Whether a file or a folder is hidden, or is where a system puts deleted files or files of its own.
+fn is_hidden(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with('.') || SYSTEMS.iter().any(|system| name.eq_ignore_ascii_case(system))
 }
 
