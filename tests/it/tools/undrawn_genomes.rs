@@ -128,6 +128,27 @@ fn a_flame_of_which_a_part_is_not_drawn_is_imported_and_says_so() {
 }
 
 #[test]
+fn a_sheep_that_is_added_though_its_genome_cannot_be_drawn_says_why() {
+    let folders = ImportFolders::new("64x48");
+    fs::write(folders.inbox().join("oak.flame"), three_reasons("oak")).unwrap();
+    fs::write(folders.inbox().join("elm.flame"), flame("elm", "wobble=\"1\"", "")).unwrap();
+    let add = |id: &str| {
+        let words = ["add", "aurora", id, "--genome", &format!("inbox/{id}.flame"), "--json"];
+        let said = dreams(&words, folders.scratch.path());
+        (json(&said), stderr(&said))
+    };
+    let (oak, told) = add("oak");
+    assert_eq!(
+        (&oak["changed"], &oak["reasons"], &oak["without"]),
+        (&json!(true), &all_three(), &Value::Null),
+        "{oak}"
+    );
+    assert!(told.contains("cannot be drawn"), "{told}");
+    let (elm, _) = add("elm");
+    assert_eq!((&elm["reasons"], &elm["without"][0]["why"]), (&Value::Null, &json!("attribute")), "{elm}");
+}
+
+#[test]
 fn check_and_list_name_the_genomes_of_a_flock_that_cannot_be_drawn() {
     let folders = flock_with_one_undrawn();
     let said = dreams(&["check", "aurora", "--json"], folders.scratch.path());
@@ -165,6 +186,36 @@ fn a_render_goes_on_with_the_others_and_ends_with_1() {
     }
     for there in ["loops/ash.mp4", "loops/elm.mp4", "transitions/ash=elm.mp4", "transitions/elm=ash.mp4"] {
         assert!(folders.flock().join(there).is_file(), "{there}");
+    }
+}
+
+#[test]
+fn a_torn_or_missing_genome_is_named_and_the_others_are_rendered() {
+    let folders = flock_with_one_undrawn();
+    let oak = folders.flock().join("genomes/oak.flam3");
+    let run = |words: &[&str]| dreams(&[words, &["--json"]].concat(), folders.scratch.path());
+    for (text, why, exit) in [(Some("<flame><xform"), "not well-formed XML", 2), (None, "No such file", 3)] {
+        match text {
+            Some(text) => fs::write(&oak, text).unwrap(),
+            None => fs::remove_file(&oak).unwrap(),
+        }
+        let checked = json(&run(&["check", "aurora"]));
+        assert!(checked["genomes"][0]["unusable"].as_str().unwrap().contains(why), "{checked}");
+        let listed = json(&run(&["list", "aurora", "oak"]));
+        assert!(listed["sheep"][0]["undrawn"]["unusable"].as_str().unwrap().contains(why), "{listed}");
+        let studio = Studio::with(&folders.flock(), &[]);
+        let state = studio.get("/api/state");
+        let shown = state["sheep"].as_array().unwrap().iter().find(|sheep| sheep["id"] == "oak").unwrap();
+        assert!(shown["refused"].as_str().unwrap().contains(why), "{shown}");
+        let said = run(&["render", "aurora", "--spp", "2", "--temporal-samples", "1"]);
+        let answer = json(&said);
+        assert_eq!(said.status.code(), Some(exit), "{}", stderr(&said));
+        let left_out: Vec<_> = answer["left_out"].as_array().unwrap().iter().collect();
+        assert_eq!(left_out.len(), 3, "{answer}");
+        assert!(left_out.iter().all(|clip| clip["reason"].as_str().unwrap().contains(why)), "{answer}");
+        for there in ["loops/ash.mp4", "loops/elm.mp4", "transitions/ash=elm.mp4", "transitions/elm=ash.mp4"] {
+            assert!(folders.flock().join(there).is_file(), "{there}");
+        }
     }
 }
 

@@ -5,13 +5,15 @@
 use std::path::PathBuf;
 
 use clap::ArgGroup;
+use flame::genome::{Reasons, Unsupported};
 use flock::{MAX_FRAMES, MAX_REPEATS, Sheep, SheepId};
 use operations::decoder::DecoderHandle;
 use operations::flock_folder::paths;
+use operations::program::reasons::serialize;
 use operations::program::{Exit, Fatal, print};
 
-use super::EditSession;
 use super::files::{self, FileCopy};
+use super::{Answer, EditSession};
 use crate::arguments;
 
 /// Frames of a loop that is yet to be rendered, by default.
@@ -63,6 +65,19 @@ pub struct Args {
     json: bool,
 }
 
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct AddAnswer<'a> {
+    #[serde(flatten)]
+    edit: Answer<'a>,
+    /// For this the genome cannot be drawn.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
+    reasons: Reasons,
+    /// It is drawn without this.
+    #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
+    without: Reasons,
+}
+
 /// Runs the command.
 pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let id = &args.id;
@@ -82,7 +97,8 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
         repeat: args.repeat,
     };
     session.edit(|edit| edit.add_sheep(sheep))?;
-    let notes = genome.as_ref().map_or(Vec::new(), |genome| genome.notes.clone());
+    let noted = genome.as_ref().map(|genome| (genome.notes.clone(), genome.undrawn.clone()));
+    let (notes, Unsupported { refused, without }) = noted.unwrap_or_default();
     let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
     FileCopy::run_all(copy, &mut session, args.force)?;
     let result = session.save()?;
@@ -90,5 +106,9 @@ pub fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
         print::note(note);
     }
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
-    result.print(&format!("added `{id}`: {what}"), args.json)
+    if args.json {
+        print::json(&AddAnswer { edit: result.answer(), reasons: refused, without })?;
+        return Ok(Exit::Fine);
+    }
+    result.print(&format!("added `{id}`: {what}"), false)
 }

@@ -45,6 +45,8 @@ pub(super) struct GenomeFile {
     pub(super) copy: Option<FileCopy>,
     /// Hints for the artist.
     pub(super) notes: Vec<String>,
+    /// What of it is not drawn.
+    pub(super) undrawn: Unsupported,
 }
 
 /// Why a file was not added.
@@ -123,14 +125,15 @@ pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result
     });
     let (path, copy) = place_in(&session.folder, file, paths::genome(id, ending(file).unwrap_or(paths::GENOME)));
     let mut notes: Vec<String> = note.into_iter().collect();
-    let Unsupported { refused, without } = reasons::undrawn(&*genome);
+    let undrawn = reasons::undrawn(&*genome);
+    let Unsupported { refused, without } = &undrawn;
     if !refused.is_empty() {
-        notes.push(format!("note: the genome of `{id}` cannot be drawn: {}", reasons::refusal(&refused)));
+        notes.push(format!("note: the genome of `{id}` cannot be drawn: {}", reasons::refusal(refused)));
     }
     if !without.is_empty() {
         notes.push(format!("note: the genome of `{id}` is drawn without {without}"));
     }
-    Ok(GenomeFile { path, copy, notes })
+    Ok(GenomeFile { path, copy, notes, undrawn })
 }
 
 impl FileCopy {

@@ -212,6 +212,7 @@ fn table(sheep: &[Row], by: Measure) -> Vec<String> {
             (None, _) | (_, None) => "none".to_owned(),
         };
         let drawn = match &row.undrawn {
+            Some(genome) if genome.unusable.is_some() => "; its genome is unusable",
             Some(genome) if !genome.refused.is_empty() => "; its genome cannot be drawn",
             Some(_) => "; its genome is drawn in part",
             None => "",

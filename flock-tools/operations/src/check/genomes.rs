@@ -1,7 +1,7 @@
 //! What of a flock's genomes is not drawn.
 //!
 //! Owns the look at all genomes of a flock, and when one that is refused is a fault: while a clip is missing that only it
-//! could give. Never judges a file that is no genome: `dreams render` names it.
+//! could give. A file that is missing or torn is named, too; the missing clip is the fault then.
 //!
 //! Start at [`undrawn`].
 
@@ -13,6 +13,7 @@ use flock::{ClipPath, Fault, FaultKind, Manifest, Sheep, SheepId};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
+use crate::program::chain;
 use crate::program::reasons::serialize;
 use crate::species::{self, reasons};
 
@@ -29,26 +30,34 @@ pub struct UndrawnGenome {
     /// It is drawn without this.
     #[serde(skip_serializing_if = "Reasons::is_empty", serialize_with = "serialize")]
     pub without: Reasons,
+    /// Why its file is no genome, or cannot be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unusable: Option<String>,
 }
 
 /// The genomes of the flock in `folder` of which something is not drawn, in the order of the manifest.
 pub fn undrawn(folder: &Path, manifest: &Manifest) -> Vec<UndrawnGenome> {
     undrawn_by(folder, manifest, |path| {
-        species::text(path).map(|text| reasons::of_text(path, &text)).unwrap_or_default()
+        let text = species::text(path).map_err(|why| chain(&*why.source))?;
+        reasons::of_text(path, &text)
     })
 }
 
-/// The same, where `of_file` knows what of the genome in a file is not drawn.
+/// The same, where `of_file` knows what of the genome in a file is not drawn, or why there is none.
 pub fn undrawn_by(
     folder: &Path,
     manifest: &Manifest,
-    of_file: impl Fn(&Path) -> Unsupported + Sync,
+    of_file: impl Fn(&Path) -> Result<Unsupported, String> + Sync,
 ) -> Vec<UndrawnGenome> {
     let of_sheep = |sheep: &Sheep| {
         let genome = sheep.genome.clone()?;
-        let Unsupported { refused, without } = of_file(&genome.inside(folder));
-        let is_drawn = refused.is_empty() && without.is_empty();
-        (!is_drawn).then(|| UndrawnGenome { sheep: sheep.id.clone(), genome, refused, without })
+        let (found, unusable) = match of_file(&genome.inside(folder)) {
+            Ok(found) => (found, None),
+            Err(why) => (Unsupported::default(), Some(why)),
+        };
+        let Unsupported { refused, without } = found;
+        let is_drawn = refused.is_empty() && without.is_empty() && unusable.is_none();
+        (!is_drawn).then(|| UndrawnGenome { sheep: sheep.id.clone(), genome, refused, without, unusable })
     };
     manifest.sheep.par_iter().filter_map(of_sheep).collect()
 }
@@ -72,11 +81,12 @@ pub fn faults(folder: &Path, manifest: &Manifest, genomes: &[UndrawnGenome]) -> 
 impl UndrawnGenome {
     /// What is not drawn, in sentences.
     pub fn sentences(&self) -> impl Iterator<Item = String> {
-        let Self { sheep, genome, refused, without } = self;
+        let Self { sheep, genome, refused, without, unusable } = self;
+        let unusable = unusable.as_ref().map(|why| format!("genome `{genome}` of sheep `{sheep}` is unusable: {why}"));
         let refusal = || format!("genome `{genome}` of sheep `{sheep}` cannot be drawn: {}", reasons::refusal(refused));
         let omission = || format!("genome `{genome}` of sheep `{sheep}` is drawn without {without}");
         let refusal = (!refused.is_empty()).then(refusal);
-        refusal.into_iter().chain((!without.is_empty()).then(omission))
+        unusable.into_iter().chain(refusal).chain((!without.is_empty()).then(omission))
     }
 
     fn fault(&self) -> Fault {

@@ -66,13 +66,13 @@ pub fn parse(path: &Path, text: &str, backend: &Backend) -> Result<Box<dyn Genom
 /// What the genome in `text`, which is that of the file at `path`, says of its origin; `None` if it is no genome. The colours
 /// that a flame only names need not be at hand.
 pub fn lineage(path: &Path, text: &str) -> Option<Lineage> {
-    Some(without_colours(path, text)?.lineage())
+    Some(without_colours(path, text).ok()?.lineage())
 }
 
 /// The genome in `text`, which is that of the file at `path`, without the colours that a flame only names.
-fn without_colours(path: &Path, text: &str) -> Option<Box<dyn Genome>> {
+fn without_colours(path: &Path, text: &str) -> Result<Box<dyn Genome>, Refusal> {
     let all = list(Flames { backend: Backend::default(), coloured: Ok });
-    of_text(&all, path, text).parse(text).ok()
+    of_text(&all, path, text).parse(text)
 }
 
 /// Whether `text`, which is that of the file at `path`, is of flames: only those have files with more than one genome.

@@ -13,6 +13,7 @@ use std::time::SystemTime;
 
 use ::species::Lineage;
 use flame::genome::Unsupported;
+use operations::program::chain;
 use operations::species::{self, reasons};
 
 use crate::lock::locked;
@@ -26,6 +27,8 @@ pub(crate) struct GenomeFacts {
     pub(crate) lineage: Option<Lineage>,
     /// What of it is not drawn.
     pub(crate) undrawn: Unsupported,
+    /// Why its file is no genome, or cannot be read.
+    pub(crate) unusable: Option<String>,
 }
 
 /// A file's size and when it was changed.
@@ -40,7 +43,10 @@ pub(crate) struct Genomes {
 impl Genomes {
     /// What is known of the genome at `path`. Many threads may ask at once.
     pub(crate) fn facts(&self, path: &Path) -> Arc<GenomeFacts> {
-        let Ok(status) = fs::metadata(path) else { return Arc::default() };
+        let status = match fs::metadata(path) {
+            Ok(status) => status,
+            Err(error) => return Arc::new(GenomeFacts::unusable(error.to_string())),
+        };
         let stamp = (status.len(), status.modified().ok());
         let known = locked(&self.known).get(path).cloned();
         if let Some((_, facts)) = known.filter(|(known, _)| *known == stamp) {
@@ -54,9 +60,22 @@ impl Genomes {
 }
 
 fn read(path: &Path) -> GenomeFacts {
-    let Ok(text) = species::text(path) else { return GenomeFacts::default() };
-    let undrawn = reasons::of_text(path, &text);
-    GenomeFacts { species: Some(species::ending(path, &text)), lineage: species::lineage(path, &text), undrawn }
+    let text = match species::text(path) {
+        Ok(text) => text,
+        Err(why) => return GenomeFacts::unusable(chain(&*why.source)),
+    };
+    let (undrawn, unusable) = match reasons::of_text(path, &text) {
+        Ok(undrawn) => (undrawn, None),
+        Err(why) => (Unsupported::default(), Some(why)),
+    };
+    let (species, lineage) = (Some(species::ending(path, &text)), species::lineage(path, &text));
+    GenomeFacts { species, lineage, undrawn, unusable }
+}
+
+impl GenomeFacts {
+    fn unusable(why: String) -> Self {
+        Self { unusable: Some(why), ..Self::default() }
+    }
 }
 
 #[cfg(test)]
@@ -69,6 +88,7 @@ mod tests {
         let path = scratch.path().join("a.flam3");
         let genomes = Genomes::default();
         assert_eq!(genomes.facts(&path).species, None);
+        assert!(genomes.facts(&path).unusable.as_ref().is_some_and(|why| why.contains("No such file")));
         fs::write(&path, "<flame name=\"a\" nick=\"ada\"/>").unwrap();
         assert_eq!(genomes.facts(&path).species, Some("flam3"));
         fs::write(&path, "(expression 1 (picture x))").unwrap();

@@ -68,6 +68,9 @@ impl Surroundings for Around {
         let path = self.0.genome(id)?;
         let facts = self.0.genomes.facts(&path);
         let ending = facts.species.ok_or_else(|| format!("`{id}` has no genome"))?;
+        if let Some(why) = &facts.unusable {
+            return Err(format!("the genome of `{id}` is unusable: {why}"));
+        }
         let refused = &facts.undrawn.refused;
         if !refused.is_empty() {
             return Err(format!("`{id}` cannot be drawn: {}", reasons::refusal(refused)));

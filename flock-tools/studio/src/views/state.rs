@@ -224,8 +224,8 @@ pub(crate) fn flock_part(sources: &Sources<'_>, candidates: &[Candidate], faults
 impl SheepState {
     /// With what of its genome is not drawn.
     fn of_genome(self, facts: Option<&GenomeFacts>) -> Self {
-        let Some(Unsupported { refused, without }) = facts.map(|facts| &facts.undrawn) else { return self };
-        let refused = (!refused.is_empty()).then(|| reasons::refusal(refused));
+        let Some(GenomeFacts { undrawn: Unsupported { refused, without }, unusable, .. }) = facts else { return self };
+        let refused = unusable.clone().or_else(|| (!refused.is_empty()).then(|| reasons::refusal(refused)));
         Self { refused, without: (!without.is_empty()).then(|| without.to_string()), ..self }
     }
 }

@@ -92,7 +92,10 @@ impl Workshop {
         locked(&self.places).update(&flock);
         let mut faults = locked(&self.checked).faults(&flock, &revision);
         let Stock { genomes, candidates, .. } = &*self.stock;
-        let undrawn = check::genomes::undrawn_by(&self.folder, manifest, |path| genomes.facts(path).undrawn.clone());
+        let undrawn = check::genomes::undrawn_by(&self.folder, manifest, |path| {
+            let facts = genomes.facts(path);
+            facts.unusable.clone().map_or_else(|| Ok(facts.undrawn.clone()), Err)
+        });
         faults.extend(check::genomes::faults(&self.folder, manifest, &undrawn));
         let (all, votes, marks) = (candidates.all(genomes), candidates.votes(genomes), candidates.marks(genomes));
         let part = {
