@@ -180,6 +180,8 @@ fn every_way_to_end_has_its_exit_status() {
     fs::remove_file(&genome).unwrap();
     assert_eq!(code(&[]), Some(3), "no genome where the manifest has one");
     fs::write(&genome, text).unwrap();
+    // The loop of the other genome is there by now.
+    fs::remove_dir_all(folder.join("loops")).unwrap();
     fs::write(folder.join("loops"), "in the way").unwrap();
     assert_eq!(code(&[]), Some(3), "a file where a folder must be");
     fs::remove_file(folder.join("loops")).unwrap();
