@@ -128,7 +128,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         print::note(&write::kept(ratios, terms.by));
     }
     if let Some(changed) = changed {
-        print::note(&write::summary(changed, &flock, terms.by));
+        print::note(&write::summary(changed, &flock, terms.by, was));
     }
     if balance.least_plays < args.floor {
         print::note(&format!(

@@ -50,13 +50,12 @@ pub(super) fn worse(was: f64, balance: &Balance<'_>) -> Option<[f64; 2]> {
     (is > was).then_some([was, is])
 }
 
-/// What was written, in one line; `flock` is the flock before, balanced `by` a measure.
-pub(super) fn summary(changed: usize, flock: &Flock, by: Measure) -> String {
+/// What was written, in one line; `was` is the worst ratio of `flock` before, by the measure `by`.
+pub(super) fn summary(changed: usize, flock: &Flock, by: Measure, was: Option<f64>) -> String {
     let all = flock.whole().exit_count();
     if changed == 0 {
         return format!("note: nothing to write, all {all} weights stand already");
     }
-    let was = FlockShares::of(flock).and_then(|shares| shares.worst(by));
     let was = was.map_or(String::new(), |ratio| format!("; the worst ratio of {by} and want was {ratio:.3}"));
     format!("note: wrote {changed} of {all} weights{was}")
 }
