@@ -37,7 +37,7 @@ fn in_units(network: &Network, flow: &[f64]) -> Option<Vec<i128>> {
     let hint = wide.widened(network, flow, 1.0 / GIVE as f64);
     let limits = wide.each(|_| i128::MAX, most);
     let wants = wide.network.want.iter().map(|&want| units(want) + units(want) / GIVE).collect();
-    let mut transport = Transport::new(&wide.network, wants, limits, &hint);
+    let mut transport = Transport::new(&wide.network, wants, Some(limits), &hint);
     if transport.fill() > 0 {
         return None;
     }

@@ -46,9 +46,10 @@ const STANDS: f64 = 5e-7;
 /// Up to this worst ratio the result of a search does not depend on its start. Far above, rounding decides.
 const TAME: f64 = 100.0;
 
-/// The nearest shares, and the weights that give them: the answer of `dreams balance`.
+/// The nearest shares, and the weights that give them: the answer of `dreams balance`. It has its own ids, so that the flock
+/// may go before the weights are written: there may not be enough memory for both.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct Balance<'f> {
+pub struct Balance {
     /// The measure in which the wants are to be reached.
     pub by: Measure,
     /// Whether some weights reach the wants exactly.
@@ -60,12 +61,12 @@ pub struct Balance<'f> {
     /// The worst of `time/time_want` and `time_want/time` of all sheep with a loop; `None` if one of them is never shown.
     pub worst_time_ratio: Option<f64>,
     /// Every transition of the manifest, in the order of (from, to).
-    pub weights: Vec<Weight<'f>>,
+    pub weights: Vec<Weight>,
     /// Every sheep of the manifest, in the order of their ids.
-    pub sheep: Vec<SheepBalance<'f>>,
+    pub sheep: Vec<SheepBalance>,
     /// The proof, where the wants can't be reached.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    pub bottleneck: Option<Bottleneck<'f>>,
+    pub bottleneck: Option<Bottleneck>,
     /// How often the transition that is taken least is taken in a year, of those that are played.
     pub least_plays: f64,
     /// How many steps a year counts.
@@ -73,12 +74,12 @@ pub struct Balance<'f> {
 }
 
 /// A transition's weight, and what becomes of it.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Weight<'f> {
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Weight {
     /// Where it starts.
-    pub from: &'f SheepId,
+    pub from: SheepId,
     /// Where it ends.
-    pub to: &'f SheepId,
+    pub to: SheepId,
     /// The weight to write: those of a sheep's transitions are 1 in the mean. As it stands if it is not played, or if all
     /// are good as they stand.
     pub weight: f64,
@@ -87,10 +88,10 @@ pub struct Weight<'f> {
 }
 
 /// The figures of a sheep.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct SheepBalance<'f> {
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct SheepBalance {
     /// Which.
-    pub id: &'f SheepId,
+    pub id: SheepId,
     /// The fraction of visits that it gets with the weights as written; 0 if it is not played.
     pub visits: f64,
     /// The fraction of visits that the artist wishes. Those of all sheep sum to 1.
@@ -106,21 +107,21 @@ pub struct SheepBalance<'f> {
 /// Sheep that are wanted more than all sheep that they lead to. Every visit of the former is followed by one of the
 /// latter, so no weights can meet their wants; the difference of the wanted visits is the deficiency.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Bottleneck<'f> {
+pub struct Bottleneck {
     /// The sheep, in the order of their ids; those that are not played belong to them.
     #[serde(rename = "bottleneck")]
-    pub sheep: Vec<&'f SheepId>,
+    pub sheep: Vec<SheepId>,
     /// Every sheep that they lead to within the part that is played, in the order of their ids.
-    pub followers: Vec<&'f SheepId>,
+    pub followers: Vec<SheepId>,
 }
 
-impl<'f> Balance<'f> {
+impl Balance {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     ///
     /// Only the part that is played can be balanced; the wants of the rest are part of the deficiency. Weights from a
     /// balance of equal weights are kept, and with infinite fairness any weights that are already optimal: balancing
     /// twice changes nothing.
-    pub fn of(flock: &'f Flock, terms: Terms) -> Option<Self> {
+    pub fn of(flock: &Flock, terms: Terms) -> Option<Self> {
         let (sheep, played, answer) = visits(flock, terms, None)?;
         let PartBalance { network, steps_a_year, found, written } = answer;
         let reach = found.reach.unwrap_or_else(|| Reach::of(&network, &found.flow));
@@ -163,11 +164,11 @@ impl<'f> Balance<'f> {
 }
 
 /// The figures of every sheep, those that are played, and the result for these. `None` if there is no cycle.
-fn visits<'f>(
-    flock: &'f Flock,
+fn visits(
+    flock: &Flock,
     terms: Terms,
     near: Option<&Circulation>,
-) -> Option<(Vec<SheepBalance<'f>>, Vec<usize>, PartBalance)> {
+) -> Option<(Vec<SheepBalance>, Vec<usize>, PartBalance)> {
     if !flock.is_walkable() {
         return None;
     }
@@ -178,7 +179,7 @@ fn visits<'f>(
         graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
     let answer = PartBalance::of(flock, &wants.only(&played), terms, near)?;
     let unplayed = |(at, ordinal): (usize, SheepIx)| SheepBalance {
-        id: whole.id(ordinal),
+        id: whole.id(ordinal).clone(),
         visits: 0.0,
         want: by_visits.shares[at],
         time: 0.0,
@@ -253,7 +254,7 @@ impl PartBalance {
     }
 }
 
-impl SheepBalance<'_> {
+impl SheepBalance {
     /// Its share and its want in `measure`.
     pub fn share_and_want(&self, measure: Measure) -> (f64, f64) {
         measure.of((self.visits, self.want), (self.time, self.time_want))
@@ -287,15 +288,15 @@ fn deficiency(sheep: &[SheepBalance], played: &[usize], reach: &Reach) -> f64 {
     1.0 - wanted * (1.0 - reach.deficiency)
 }
 
-fn bottleneck<'f>(flock: &'f Flock, network: &Network, reach: &Reach) -> Bottleneck<'f> {
+fn bottleneck(flock: &Flock, network: &Network, reach: &Reach) -> Bottleneck {
     let (graph, whole) = (flock.graph(), flock.whole());
     let mut followers: Vec<usize> =
         reach.bottleneck.iter().flat_map(|&sheep| network.exits(sheep)).map(|arc| network.to[arc] as usize).collect();
     followers.sort_unstable();
     followers.dedup();
-    let id = |at: usize| graph.id(SheepIx(at as u32));
-    let unplayed = whole.sheep().map(|sheep| whole.id(sheep)).filter(|id| graph.find(id).is_none());
-    let mut sheep: Vec<&SheepId> = reach.bottleneck.iter().map(|&at| id(at)).chain(unplayed).collect();
+    let id = |at: usize| graph.id(SheepIx(at as u32)).clone();
+    let unplayed = whole.sheep().map(|sheep| whole.id(sheep)).filter(|id| graph.find(id).is_none()).cloned();
+    let mut sheep: Vec<SheepId> = reach.bottleneck.iter().map(|&at| id(at)).chain(unplayed).collect();
     sheep.sort();
     Bottleneck { sheep, followers: followers.into_iter().map(id).collect() }
 }
@@ -304,7 +305,7 @@ fn exits(flock: &Flock) -> impl Iterator<Item = Exit> {
     flock.graph().sheep().flat_map(|sheep| flock.graph().exits(sheep))
 }
 
-fn weights<'f>(flock: &'f Flock, written: &RoundedWeights) -> Vec<Weight<'f>> {
+fn weights(flock: &Flock, written: &RoundedWeights) -> Vec<Weight> {
     let (graph, whole) = (flock.graph(), flock.whole());
     let played: Vec<Option<SheepIx>> = whole.sheep().map(|sheep| graph.find(whole.id(sheep))).collect();
     let mut weights = Vec::with_capacity(whole.exit_count());
@@ -316,7 +317,7 @@ fn weights<'f>(flock: &'f Flock, written: &RoundedWeights) -> Vec<Weight<'f>> {
                 Some(own) => (written.weights[own.index()], written.shares.taken(own)),
                 None => (whole.weight(exit), 0.0),
             };
-            weights.push(Weight { from: whole.id(from), to: whole.id(to), weight, visits });
+            weights.push(Weight { from: whole.id(from).clone(), to: whole.id(to).clone(), weight, visits });
         }
     }
     weights

@@ -31,7 +31,9 @@ const MIN_PRIOR: f64 = -34.5;
 impl Network {
     /// The network of `graph`, whose sheep are wanted as `wants` say.
     pub(super) fn new(graph: &Graph, wants: &Wants) -> Self {
-        let (mut first, mut from, mut to, mut prior) = (vec![0], Vec::new(), Vec::new(), Vec::new());
+        let arcs = graph.exit_count();
+        let [mut from, mut to] = [Vec::with_capacity(arcs), Vec::with_capacity(arcs)];
+        let (mut first, mut prior) = (vec![0], Vec::with_capacity(arcs));
         for sheep in graph.sheep() {
             for exit in graph.exits(sheep) {
                 from.push(sheep.index() as u32);

@@ -39,8 +39,8 @@ pub(super) struct Transport<'n> {
     entries: Vec<u32>,
     first_entry: Vec<u32>,
     pub(super) flow: Vec<i128>,
-    /// What each transition can carry at most.
-    limits: Vec<i128>,
+    /// What each transition can carry at most, where there are limits.
+    limits: Option<Vec<i128>>,
     /// The remaining supply of rows and demand of columns.
     unsent: Vec<i128>,
     room: Vec<i128>,
@@ -62,8 +62,7 @@ impl Reach {
             None => (network, None),
         };
         let wants = all.want.iter().map(|&want| units(want)).collect();
-        let limits = vec![i128::MAX; all.arcs()];
-        let mut transport = Transport::new(all, wants, limits, start.as_deref().unwrap_or(hint));
+        let mut transport = Transport::new(all, wants, None, start.as_deref().unwrap_or(hint));
         let missing = transport.fill();
         let bottleneck = transport.stuck();
         let mut reachable = missing == 0;
@@ -105,8 +104,8 @@ pub(super) fn units(share: f64) -> i128 {
 }
 
 impl<'n> Transport<'n> {
-    /// Nothing but what `hint` sends, of `wants` from every row and to every column, along transitions with `limits`.
-    pub(super) fn new(network: &'n Network, wants: Vec<i128>, limits: Vec<i128>, hint: &[f64]) -> Self {
+    /// Nothing but what `hint` sends, of `wants` from every row and to every column, along transitions with `limits` if any.
+    pub(super) fn new(network: &'n Network, wants: Vec<i128>, limits: Option<Vec<i128>>, hint: &[f64]) -> Self {
         let n = network.len();
         let mut first_entry = vec![0; n + 1];
         for &to in &network.to {
@@ -157,10 +156,14 @@ impl<'n> Transport<'n> {
         }
     }
 
+    fn limit(&self, arc: usize) -> i128 {
+        self.limits.as_ref().map_or(i128::MAX, |limits| limits[arc])
+    }
+
     /// Sends up to `amount` along one transition.
     fn send(&mut self, arc: usize, amount: i128) {
         let (from, to) = self.network.ends(arc);
-        let amount = amount.min(self.limits[arc] - self.flow[arc]).min(self.unsent[from]).min(self.room[to]);
+        let amount = amount.min(self.limit(arc) - self.flow[arc]).min(self.unsent[from]).min(self.room[to]);
         self.flow[arc] += amount;
         self.unsent[from] -= amount;
         self.room[to] -= amount;
@@ -203,7 +206,7 @@ impl<'n> Transport<'n> {
                 for at in self.first_entry[node - n]..self.first_entry[node - n + 1] {
                     let arc = self.entries[at as usize] as usize;
                     let row = self.network.from[arc] as usize;
-                    if self.distance[row] == FAR && self.flow[arc] < self.limits[arc] {
+                    if self.distance[row] == FAR && self.flow[arc] < self.limit(arc) {
                         self.distance[row] = beyond;
                         open.push_back(row);
                         if self.unsent[row] > 0 {
@@ -237,7 +240,7 @@ impl<'n> Transport<'n> {
                 while self.next[node] < self.network.first[node + 1] {
                     let arc = self.next[node];
                     let column = n + self.network.to[arc as usize] as usize;
-                    if self.distance[column] == nearer && self.flow[arc as usize] < self.limits[arc as usize] {
+                    if self.distance[column] == nearer && self.flow[arc as usize] < self.limit(arc as usize) {
                         step = Some((arc, column));
                         break;
                     }
@@ -273,7 +276,7 @@ impl<'n> Transport<'n> {
     /// Sends as much as `path` from `row` can bear.
     fn augment(&mut self, row: usize, path: &[u32]) {
         let bears = |(step, &arc): (usize, &u32)| {
-            let (flow, limit) = (self.flow[arc as usize], self.limits[arc as usize]);
+            let (flow, limit) = (self.flow[arc as usize], self.limit(arc as usize));
             if step % 2 == 0 { limit - flow } else { flow }
         };
         let last = self.network.ends(path[path.len() - 1] as usize).1;

@@ -16,7 +16,7 @@ fn wanted(n: usize, arcs: &[(usize, usize, f64)], wants: &[f64]) -> Manifest {
     manifest
 }
 
-fn ids(sheep: &[&SheepId]) -> Vec<String> {
+fn ids(sheep: &[SheepId]) -> Vec<String> {
     sheep.iter().map(ToString::to_string).collect()
 }
 

@@ -30,9 +30,8 @@ use std::sync::Arc;
 use timing::Rate;
 
 use crate::manifest::{Clip, ClipPath, MAX_REPEATS, Manifest, ManifestError, Sheep, SheepId, Transition};
-use changes::{Changes, NewValue};
-use layout::Layout;
-use render::{Pair, quoted};
+use changes::Changes;
+use render::Pair;
 
 /// A manifest being edited: its text, and its new contents.
 ///
@@ -41,7 +40,6 @@ use render::{Pair, quoted};
 #[derive(Debug)]
 pub struct Edit {
     text: String,
-    layout: Layout,
     manifest: Arc<Manifest>,
     /// For each sheep and transition of `manifest`, its index among the entries of the text; `None` if it is new.
     sheep: Vec<Option<u32>>,
@@ -117,26 +115,24 @@ impl Edit {
     ///
     /// # Errors
     /// [`ManifestError`], as [`Manifest::parse`], except that sheep may be missing.
-    ///
-    /// # Panics
-    /// If the parsers of manifest and layout find different entries, which is a bug.
     pub fn parse(text: String, path: &Path) -> Result<Self, ManifestError> {
         let manifest = Manifest::parse_unfinished(&text, path)?;
-        let layout = Layout::of(&text);
-        let origins = |kind: Kind| (0..layout.entries(kind).spans.len() as u32).map(Some).collect::<Vec<_>>();
-        let (sheep, transitions) = (origins(Kind::Sheep), origins(Kind::Transition));
-        assert_eq!((sheep.len(), transitions.len()), (manifest.sheep.len(), manifest.transitions.len()), "entries");
-        let manifest = Arc::new(manifest);
-        Ok(Self { text, layout, manifest, sheep, transitions, changes: Changes::default(), lookup: None })
+        Ok(Self::of(text, manifest))
     }
 
     /// The manifest of a flock without sheep, of clips of `size` (width and height in pixels) and `fps` frames per second.
     pub fn blank(name: &str, size: (u32, u32), fps: Rate) -> Self {
         let text = render::head(name, size, fps);
         let manifest = Manifest { name: name.to_owned(), size, fps, sheep: Vec::new(), transitions: Vec::new() };
-        let (layout, sheep, transitions) = (Layout::of(&text), Vec::new(), Vec::new());
-        let manifest = Arc::new(manifest);
-        Self { text, layout, manifest, sheep, transitions, changes: Changes::default(), lookup: None }
+        Self::of(text, manifest)
+    }
+
+    /// `text`, whose contents are `manifest`, not edited yet.
+    fn of(text: String, manifest: Manifest) -> Self {
+        let changes = Changes::none(manifest.sheep.len(), manifest.transitions.len());
+        let origins = |kind| (0..changes.entry_count(kind) as u32).map(Some).collect();
+        let (sheep, transitions) = (origins(Kind::Sheep), origins(Kind::Transition));
+        Self { text, manifest: Arc::new(manifest), sheep, transitions, changes, lookup: None }
     }
 
     /// The contents of the edited text.
@@ -150,6 +146,9 @@ impl Edit {
     }
 
     /// The text with all edits. Other bytes are unchanged.
+    ///
+    /// # Panics
+    /// If the parsers of manifest and layout find different entries, which is a bug.
     pub fn text(&self) -> String {
         place::text(self, self.text.clone())
     }
@@ -183,7 +182,7 @@ impl Edit {
         let is_new = self.manifest.transitions[at].weight.to_bits() != weight.to_bits();
         if is_new {
             self.changed().transitions[at].weight = weight;
-            self.change(Kind::Transition, at, [("weight", NewValue::Number(weight))]);
+            self.change(Kind::Transition, at, ["weight"]);
         }
         Ok(is_new)
     }
@@ -197,7 +196,7 @@ impl Edit {
         let at = self.sheep(id)?;
         if self.manifest.sheep[at].want.to_bits() != want.to_bits() {
             self.changed().sheep[at].want = want;
-            self.change(Kind::Sheep, at, [("want", NewValue::Number(want))]);
+            self.change(Kind::Sheep, at, ["want"]);
         }
         Ok(())
     }
@@ -213,7 +212,7 @@ impl Edit {
         let at = self.sheep(id)?;
         if self.manifest.sheep[at].repeat != repeat {
             self.changed().sheep[at].repeat = repeat;
-            self.change(Kind::Sheep, at, [("repeat", NewValue::written(repeat.to_string()))]);
+            self.change(Kind::Sheep, at, ["repeat"]);
         }
         Ok(())
     }
@@ -231,8 +230,8 @@ impl Edit {
     pub fn set_genome(&mut self, id: &SheepId, genome: ClipPath) -> Result<(), EditError> {
         let at = self.sheep(id)?;
         if self.manifest.sheep[at].genome.as_ref() != Some(&genome) {
-            self.change(Kind::Sheep, at, [("genome", NewValue::written(quoted(genome.as_str())))]);
             self.changed().sheep[at].genome = Some(genome);
+            self.change(Kind::Sheep, at, ["genome"]);
         }
         Ok(())
     }
@@ -343,11 +342,10 @@ impl Edit {
         if self.sheep(new).is_ok() {
             return Err(EditError::DuplicateSheep { id: new.clone() });
         }
-        let id = || NewValue::written(quoted(new.as_str()));
         for at in 0..self.manifest.sheep.len() {
             if self.manifest.sheep[at].id == *old {
                 self.changed().sheep[at].id = new.clone();
-                self.change(Kind::Sheep, at, [("id", id())]);
+                self.change(Kind::Sheep, at, ["id"]);
             }
         }
         for at in 0..self.manifest.transitions.len() {
@@ -359,7 +357,7 @@ impl Edit {
             if ends {
                 *to = new.clone();
             }
-            let changes = [starts.then(|| ("from", id())), ends.then(|| ("to", id()))];
+            let changes = [starts.then_some("from"), ends.then_some("to")];
             self.change(Kind::Transition, at, changes.into_iter().flatten());
         }
         self.lookup = None;
@@ -377,11 +375,19 @@ impl Edit {
     }
 
     /// Records changes of keys of the entry of `kind` at `at`, if it is in the text.
-    fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = (&'static str, NewValue)>) {
+    fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = &'static str>) {
         let Some(entry) = self.origins(kind)[at] else { return };
-        for (key, value) in changes {
+        for key in changes {
             let place = kind.keys().iter().position(|known| *known == key).expect("a key of its kind");
-            self.changes.put(kind, entry, place as u8, value);
+            self.changes.put(kind, entry, place);
+        }
+    }
+
+    /// The value of `key` in the sheep or transition at `at`, as it is written; `None` if it has none.
+    fn value(&self, kind: Kind, at: usize, key: &str) -> Option<String> {
+        match kind {
+            Kind::Sheep => render::sheep_value(&self.manifest.sheep[at], key),
+            Kind::Transition => render::transition_value(&self.manifest.transitions[at], key),
         }
     }
 
@@ -471,17 +477,10 @@ impl Lookup {
     }
 }
 
-/// What becomes of the keys of a clip.
-fn clip_changes(old: Option<&Clip>, new: &Clip) -> Vec<(&'static str, NewValue)> {
-    let stood = old.map(render::clip).unwrap_or_default();
-    let stands = render::clip(new);
-    let gone = stood
-        .iter()
-        .filter(|(key, _)| stands.iter().all(|(other, _)| key != other))
-        .map(|(key, _)| (*key, NewValue::Gone));
-    let changed =
-        stands.iter().filter(|pair| !stood.contains(pair)).map(|(key, value)| (*key, NewValue::written(value.clone())));
-    gone.chain(changed).collect()
+/// The keys that a clip has with another value, or not any more, where `new` is in place of `old`.
+fn clip_changes(old: Option<&Clip>, new: &Clip) -> Vec<&'static str> {
+    let is_changed = |key: &str| old.and_then(|old| render::clip_value(old, key)) != render::clip_value(new, key);
+    render::CLIP_KEYS.iter().copied().filter(|key| is_changed(key)).collect()
 }
 
 fn keep<T>(items: &mut Vec<T>, origins: &mut Vec<Option<u32>>, mut stays: impl FnMut(&T) -> bool) {

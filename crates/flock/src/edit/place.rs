@@ -8,21 +8,26 @@
 use std::iter;
 use std::ops::Range;
 
-use super::changes::{Change, NewValue};
 use super::layout::{Entries, Field, Form, Layout, comma, fields};
 use super::render::Pair;
 use super::splice::Splice;
 use super::{Edit, Kind};
 
 /// `text`, which is that of `edit`, with all edits made.
+///
+/// # Panics
+/// If the parsers of manifest and layout find different entries, which is a bug.
 pub(super) fn text(edit: &Edit, text: String) -> String {
-    let mut splice = Splice::default();
+    let layout = Layout::of(&text);
+    let kinds = [Kind::Sheep, Kind::Transition];
+    let mut splice = Splice::of(kinds.iter().map(|kind| edit.changes.count(*kind)).sum());
     let mut gone = Vec::new();
-    for kind in [Kind::Sheep, Kind::Transition] {
-        let entries = edit.layout.entries(kind);
+    for kind in kinds {
+        let entries = layout.entries(kind);
+        assert_eq!(entries.spans.len(), edit.changes.entry_count(kind), "entries");
         let mut stays = vec![false; entries.spans.len()];
         edit.origins(kind).iter().flatten().for_each(|at| stays[*at as usize] = true);
-        change_entries(edit, &text, kind, &stays, &mut splice);
+        change_entries(edit, &text, &layout, kind, &mut splice);
         if let Form::Inline(_) = entries.form {
             cut_in_array(&text, entries, &stays, &mut splice);
         } else {
@@ -30,21 +35,33 @@ pub(super) fn text(edit: &Edit, text: String) -> String {
         }
     }
     cut_below(&text, gone, &mut splice);
-    [Kind::Sheep, Kind::Transition].into_iter().fold(splice.join(text), |text, kind| {
+    drop(layout);
+    kinds.into_iter().fold(splice.join(text), |text, kind| {
         let added = edit.added(kind);
         if added.is_empty() { text } else { add_entries(text, kind, &added) }
     })
 }
 
 /// Changes the values of the entries of `kind` that stay.
-fn change_entries(edit: &Edit, text: &str, kind: Kind, stays: &[bool], splice: &mut Splice) {
-    let spans = &edit.layout.entries(kind).spans;
-    for of_entry in edit.changes.of(kind).chunk_by(|one, next| one.entry == next.entry) {
-        let at = of_entry[0].entry as usize;
-        if stays[at] {
-            change_entry(text, edit.layout.newline, &spans[at], kind.keys(), of_entry, splice);
+fn change_entries(edit: &Edit, text: &str, layout: &Layout, kind: Kind, splice: &mut Splice) {
+    let spans = &layout.entries(kind).spans;
+    for (at, entry) in edit.origins(kind).iter().enumerate() {
+        let Some(entry) = *entry else { continue };
+        let keys = edit.changes.of(kind, entry);
+        let changes: Vec<Change> =
+            keys.map(|key| Change { key, value: edit.value(kind, at, kind.keys()[key]) }).collect();
+        if !changes.is_empty() {
+            change_entry(text, layout.newline, &spans[entry as usize], kind.keys(), &changes, splice);
         }
     }
+}
+
+/// A changed key of an entry.
+struct Change {
+    /// Its place in the order of writing.
+    key: usize,
+    /// What becomes of its value; `None` if it is removed.
+    value: Option<String>,
 }
 
 /// Changes the values of the entry at `span`; `changes` are by the place of their key in `keys`.
@@ -53,33 +70,31 @@ fn change_entry(
     newline: &str,
     span: &Range<usize>,
     keys: &[&str],
-    changes: &[&Change],
+    changes: &[Change],
     splice: &mut Splice,
 ) {
     let headed = text[span.clone()].starts_with('[');
     let fields = fields(text, span);
     let place = |field: &Field| keys.iter().position(|key| *key == field.name).unwrap_or_default();
-    let goes = |field: &Field| {
-        changes.iter().any(|change| change.value == NewValue::Gone && change.key as usize == place(field))
-    };
-    for Change { key, value, .. } in changes {
-        let stands = fields.iter().find(|field| place(field) == *key as usize);
-        match (stands, value.text()) {
-            (Some(field), Some(value)) => splice.put(field.value.clone(), &value),
+    let goes = |field: &Field| changes.iter().any(|change| change.value.is_none() && change.key == place(field));
+    for Change { key, value } in changes {
+        let stands = fields.iter().find(|field| place(field) == *key);
+        match (stands, value) {
+            (Some(field), Some(value)) => splice.put(field.value.clone(), value),
             (Some(field), None) if headed => splice.cut(whole_line(text, field.key.start..field.end)),
             (Some(field), None) => cut_field(text, field, splice),
             (None, None) => {}
             (None, Some(value)) => {
                 // Behind the nearest key that is written before it.
-                let before = |field: &&Field| place(field) < *key as usize && !goes(field);
+                let before = |field: &&Field| place(field) < *key && !goes(field);
                 let Some(anchor) = fields.iter().filter(before).max_by_key(|field| place(field)) else { continue };
-                let key = keys[*key as usize];
+                let key = keys[*key];
                 let (at, lead) = if headed {
                     (line_end(text, anchor.end), format!("{newline}{}", indent(text, anchor.key.start)))
                 } else {
                     (anchor.value.end, ", ".to_owned())
                 };
-                splice.put(at..at, &(lead + &Style::of(text, Some(anchor)).pair(key, &value)));
+                splice.put(at..at, &(lead + &Style::of(text, Some(anchor)).pair(key, value)));
             }
         }
     }

@@ -11,6 +11,8 @@ use crate::manifest::{Clip, Sheep, Transition};
 /// A key and its value as written.
 pub(super) type Pair = (&'static str, String);
 
+/// The keys of a clip.
+pub(super) const CLIP_KEYS: &[&str] = &["frames", "clip", "hash"];
 /// The keys of a sheep, in the order in which they are written.
 pub(super) const SHEEP_KEYS: &[&str] = &["id", "frames", "clip", "hash", "genome", "want", "repeat"];
 /// The keys of a transition, in the order in which they are written.
@@ -24,31 +26,50 @@ pub(super) fn head(name: &str, (width, height): (u32, u32), fps: Rate) -> String
 
 /// The keys of `sheep` with their values, without defaults.
 pub(super) fn sheep(sheep: &Sheep) -> Vec<Pair> {
-    let mut pairs = vec![("id", quoted(sheep.id.as_str()))];
-    pairs.extend(sheep.clip.iter().flat_map(clip));
-    pairs.extend(sheep.genome.iter().map(|genome| ("genome", quoted(genome.as_str()))));
-    pairs.extend((!is_one(sheep.want)).then(|| ("want", number(sheep.want))));
-    pairs.extend((sheep.repeat != 1).then(|| ("repeat", sheep.repeat.to_string())));
-    pairs
+    let is_default = |key: &str| (key == "want" && is_one(sheep.want)) || (key == "repeat" && sheep.repeat == 1);
+    let keys = SHEEP_KEYS.iter().filter(|key| !is_default(key));
+    keys.filter_map(|key| Some((*key, sheep_value(sheep, key)?))).collect()
 }
 
 /// The keys of `transition` with their values; a weight of 1 is left out.
 pub(super) fn transition(transition: &Transition) -> Vec<Pair> {
-    let mut pairs = vec![("from", quoted(transition.from.as_str())), ("to", quoted(transition.to.as_str()))];
-    pairs.extend(clip(&transition.clip));
-    pairs.extend((!is_one(transition.weight)).then(|| ("weight", number(transition.weight))));
-    pairs
+    let keys = TRANSITION_KEYS.iter().filter(|key| **key != "weight" || !is_one(transition.weight));
+    keys.filter_map(|key| Some((*key, transition_value(transition, key)?))).collect()
 }
 
-/// The keys of a clip with their values.
-pub(super) fn clip(clip: &Clip) -> Vec<Pair> {
-    let mut pairs = vec![("frames", clip.frames.0.to_string()), ("clip", quoted(clip.path.as_str()))];
-    pairs.extend(clip.hash.map(|hash| ("hash", quoted(&hash.to_string()))));
-    pairs
+/// The value of `key` in `sheep`, if it has one.
+pub(super) fn sheep_value(sheep: &Sheep, key: &str) -> Option<String> {
+    match key {
+        "id" => Some(quoted(sheep.id.as_str())),
+        "genome" => sheep.genome.as_ref().map(|genome| quoted(genome.as_str())),
+        "want" => Some(number(sheep.want)),
+        "repeat" => Some(sheep.repeat.to_string()),
+        key => clip_value(sheep.clip.as_ref()?, key),
+    }
+}
+
+/// The value of `key` in `transition`, if it has one.
+pub(super) fn transition_value(transition: &Transition, key: &str) -> Option<String> {
+    match key {
+        "from" => Some(quoted(transition.from.as_str())),
+        "to" => Some(quoted(transition.to.as_str())),
+        "weight" => Some(number(transition.weight)),
+        key => clip_value(&transition.clip, key),
+    }
+}
+
+/// The value of `key` in a clip, if it has one.
+pub(super) fn clip_value(clip: &Clip, key: &str) -> Option<String> {
+    match key {
+        "frames" => Some(clip.frames.0.to_string()),
+        "clip" => Some(quoted(clip.path.as_str())),
+        "hash" => clip.hash.map(|hash| quoted(&hash.to_string())),
+        _ => None,
+    }
 }
 
 /// A text in quotes.
-pub(super) fn quoted(text: &str) -> String {
+fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 

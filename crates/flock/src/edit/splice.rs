@@ -14,6 +14,11 @@ pub(super) struct Splice {
 }
 
 impl Splice {
+    /// None yet; memory for so many.
+    pub(super) fn of(count: usize) -> Self {
+        Self { parts: Vec::with_capacity(count), new: String::new() }
+    }
+
     /// Puts `new` in place of the bytes at `old`; of several at the same place the first put comes first.
     pub(super) fn put(&mut self, old: Range<usize>, new: &str) {
         let start = self.new.len();

@@ -155,13 +155,15 @@ impl Graph {
     /// The same sheep and transitions with other weights, by the ordinals of exits; each finite and above 0.
     #[must_use]
     pub(crate) fn reweighted(&self, weights: &[f64]) -> Self {
+        let mut chance = Vec::with_capacity(weights.len());
+        self.sheep().for_each(|sheep| chance.extend(chances(&weights[self.row(sheep)])));
         Self {
             ids: self.ids.clone(),
             sheep_written: self.sheep_written.clone(),
             first: self.first.clone(),
             target: self.target.clone(),
             weight: weights.to_vec(),
-            chance: self.sheep().flat_map(|sheep| chances(&weights[self.row(sheep)])).collect(),
+            chance,
             exit_written: self.exit_written.clone(),
         }
     }
@@ -176,13 +178,15 @@ impl Graph {
         }
         let rows = arcs.chunk_by(|one, next| one.from == next.from);
         let weights = |row: &[Arc]| -> Vec<f64> { row.iter().map(|arc| arc.weight).collect() };
+        let mut chance = Vec::with_capacity(arcs.len());
+        rows.for_each(|row| chance.extend(chances(&weights(row))));
         Self {
             ids,
             sheep_written,
             first,
             target: arcs.iter().map(|arc| SheepIx(arc.to)).collect(),
             weight: weights(arcs),
-            chance: rows.flat_map(|row| chances(&weights(row)).collect::<Vec<_>>()).collect(),
+            chance,
             exit_written: arcs.iter().map(|arc| arc.written).collect(),
         }
     }

@@ -59,9 +59,12 @@ impl Shares {
         }
         let solved = solve::solve(&Chain::of(graph));
         let visits = solved.visits;
-        let of_exits = |sheep: SheepIx| graph.exits(sheep).map(move |exit| (sheep, exit));
-        let taken = graph.sheep().flat_map(of_exits).map(|(sheep, exit)| visits[sheep.index()] * graph.chance(exit));
-        Ok(Self { taken: taken.collect(), visits, off_by: solved.off_by })
+        // Of its length from the start: lists that grow leave gaps in memory.
+        let mut taken = Vec::with_capacity(graph.exit_count());
+        for sheep in graph.sheep() {
+            taken.extend(graph.exits(sheep).map(|exit| visits[sheep.index()] * graph.chance(exit)));
+        }
+        Ok(Self { taken, visits, off_by: solved.off_by })
     }
 
     /// A few sweeps over `graph`, one class, from `shares`: close to the shares of the graph if the walk mixes fast,

@@ -22,12 +22,11 @@ const MIN_FLOW: f64 = 1e-250;
 
 /// The bound on the relative error of `shares` for `chain`. Infinite if nothing can be proved.
 pub(super) fn off_by(chain: &Chain, shares: &[f64]) -> f64 {
-    let flows: Vec<f64> = chain.arcs().map(|(from, _, chance)| shares[from] * chance).collect();
-    let usable = |&flow: &f64| flow.is_finite() && flow > MIN_FLOW;
-    if !flows.iter().all(usable) {
+    let usable = |flow: f64| flow.is_finite() && flow > MIN_FLOW;
+    if !flows(chain, shares).all(|(.., flow)| usable(flow)) {
         return f64::INFINITY;
     }
-    let Some(tree) = strongest_tree(chain, &flows) else { return f64::INFINITY };
+    let Some(tree) = strongest_tree(chain, shares) else { return f64::INFINITY };
     let strain: f64 =
         strains(&tree, imbalance(chain, shares)).map(|e| if e < 1.0 { 2.0 * e / (1.0 - e) } else { 1.0 }).sum();
     // The probabilities are rounded, too: once for each addition of weights, once for the quotient.
@@ -42,21 +41,26 @@ struct Branch {
     flow: f64,
 }
 
+/// Every transition with its flow, as often as it is asked for: a million of them would take 8 MB.
+fn flows(chain: &Chain, shares: &[f64]) -> impl Iterator<Item = (usize, usize, f64)> {
+    chain.arcs().map(|(from, to, chance)| (from, to, shares[from] * chance))
+}
+
 /// The tree of the strongest flows, to within a factor of 2. `None` if the flows do not join all sheep.
 ///
 /// # Source
 /// Kruskal (1956), on flows sorted by their binary exponents.
-fn strongest_tree(chain: &Chain, flows: &[f64]) -> Option<Vec<Branch>> {
+fn strongest_tree(chain: &Chain, shares: &[f64]) -> Option<Vec<Branch>> {
     let exponent = |flow: f64| 2047 - (flow.to_bits() >> 52) as usize;
     let mut start = vec![0usize; 2049];
-    for &flow in flows {
+    for (.., flow) in flows(chain, shares) {
         start[exponent(flow) + 1] += 1;
     }
     for at in 1..start.len() {
         start[at] += start[at - 1];
     }
-    let mut sorted = vec![(0u32, 0u32, 0.0); flows.len()];
-    for ((from, to, _), &flow) in chain.arcs().zip(flows) {
+    let mut sorted = vec![(0u32, 0u32, 0.0); chain.arc_count()];
+    for (from, to, flow) in flows(chain, shares) {
         let next = &mut start[exponent(flow)];
         sorted[*next] = (from as u32, to as u32, flow);
         *next += 1;

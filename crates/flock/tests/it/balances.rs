@@ -44,7 +44,7 @@ fn terms(number: u64) -> Terms {
 }
 
 /// What one step makes of the visits under the weights that were found.
-fn step(flock: &Flock, balance: &Balance<'_>) -> Vec<f64> {
+fn step(flock: &Flock, balance: &Balance) -> Vec<f64> {
     let graph = flock.graph();
     let mut after = vec![0.0; graph.len()];
     let mut weights = balance.weights.iter().map(|weight| weight.weight);
@@ -101,11 +101,11 @@ fn wants_that_some_weights_reach_are_reached_and_all_others_are_proved_not_to_be
 }
 
 /// No weights reach `wants`: what some sheep want is more than what all want that they lead to, by just the deficiency.
-fn is_proved(number: u64, flock: &Flock, balance: &Balance<'_>, wants: &[f64]) {
+fn is_proved(number: u64, flock: &Flock, balance: &Balance, wants: &[f64]) {
     let carried = flow::carried(flock, wants);
     assert!((1.0 - carried - balance.deficiency).abs() < 1e-9, "flock {number}: {carried} {}", balance.deficiency);
     let proof = balance.bottleneck.as_ref().unwrap();
-    let ix = |ids: &[&flock::SheepId]| ids.iter().map(|id| flock.graph().find(id).unwrap()).collect::<Vec<_>>();
+    let ix = |ids: &[flock::SheepId]| ids.iter().map(|id| flock.graph().find(id).unwrap()).collect::<Vec<_>>();
     let (stuck, followers) = (ix(&proof.sheep), ix(&proof.followers));
     assert_eq!(flow::followers(flock, &stuck), followers, "flock {number}");
     let want = |set: &[SheepIx]| set.iter().map(|sheep| wants[sheep.index()]).sum::<f64>();
@@ -199,10 +199,10 @@ fn suggestions_keep_their_word() {
 }
 
 /// `manifest` with the weights of `balance`.
-fn rewritten(manifest: &Manifest, balance: &Balance<'_>) -> Manifest {
+fn rewritten(manifest: &Manifest, balance: &Balance) -> Manifest {
     let mut edit = Edit::blank(&manifest.name, manifest.size, manifest.fps);
     manifest.sheep.iter().for_each(|sheep| edit.add_sheep(sheep.clone()).unwrap());
     manifest.transitions.iter().for_each(|transition| edit.add_transition(transition.clone()).unwrap());
-    balance.weights.iter().for_each(|weight| edit.set_weight(weight.from, weight.to, weight.weight).unwrap());
+    balance.weights.iter().for_each(|weight| edit.set_weight(&weight.from, &weight.to, weight.weight).unwrap());
     Edit::parse(edit.text(), "flock.toml".as_ref()).unwrap().manifest().clone()
 }

@@ -6,7 +6,6 @@
 mod suggest;
 pub(crate) mod write;
 
-use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -72,7 +71,7 @@ pub struct Args {
 #[derive(serde::Serialize)]
 struct Answer<'a> {
     #[serde(flatten)]
-    balance: &'a Balance<'a>,
+    balance: &'a Balance,
     /// With `--write`: whether any weight changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     changed: Option<bool>,
@@ -110,13 +109,16 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         print::note(&format!("{unplayed} sheep are not played, whatever the weights: `dreams check` says why"));
     }
     let worse = was.and_then(|was| write::worse(was, &balance));
-    let changed = draft.filter(|_| worse.is_none()).map(|draft| write::weights(draft, &flock, &balance)).transpose()?;
-    let advice = args.suggest.and_then(|count| {
-        let now =
-            if changed.is_some() { Cow::Owned(write::with_weights(&flock, &balance)) } else { Cow::Borrowed(&flock) };
-        let suggestions = Suggestions::of(&now, terms, usize::from(count))?;
-        Some(Advice::new(&suggestions, &now, &args.dir, terms.by))
-    });
+    let advice = |flock: &Flock| {
+        let suggestions = Suggestions::of(flock, terms, args.suggest?.into())?;
+        Some(Advice::new(&suggestions, flock, &args.dir, terms.by))
+    };
+    let (changed, advice) = if let Some(draft) = draft.filter(|_| worse.is_none()) {
+        let (changed, manifest) = write::weights(draft, flock, &balance)?;
+        (Some(changed), args.suggest.and_then(|_| advice(&Flock::new(manifest))))
+    } else {
+        (None, advice(&flock))
+    };
     if args.json {
         let (changed, kept) = (changed.unwrap_or(0) > 0, worse.is_some());
         let written = |answer: bool| args.write.then_some(answer);
@@ -128,7 +130,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         print::note(&write::kept(ratios, terms.by));
     }
     if let Some(changed) = changed {
-        print::note(&write::summary(changed, &flock, terms.by, was));
+        print::note(&write::summary(changed, &balance, was));
     }
     if balance.least_plays < args.floor {
         print::note(&format!(
@@ -150,7 +152,7 @@ fn floor(text: &str) -> Result<f64, String> {
 }
 
 /// The bottleneck first, then the sheep, those furthest from their wants first, then the weights.
-fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
+fn table(balance: &Balance) -> impl Iterator<Item = String> {
     let by = balance.by;
     let figure = format!("worst ratio of {by} and want");
     let worst = balance.worst().map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
@@ -165,7 +167,7 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     if let Some(bottleneck) = &balance.bottleneck {
         lines.extend(proof(balance, bottleneck));
     }
-    let width = print::widest(balance.sheep.iter().map(|sheep| sheep.id));
+    let width = print::widest(balance.sheep.iter().map(|sheep| &sheep.id));
     lines.push(String::new());
     lines.push(format!("{:<width$} {by:>9} {:>9} {:>8}", "sheep", "want", "ratio"));
     let mut sheep: Vec<&SheepBalance> = balance.sheep.iter().collect();
@@ -189,6 +191,7 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     };
     let played = |id: &&SheepId| balanced(id).is_ok_and(|sheep| sheep.visits > 0.0);
     let (stuck, unplayed): (Vec<&SheepId>, Vec<&SheepId>) = bottleneck.sheep.iter().partition(|id| played(id));
+    let followers: Vec<&SheepId> = bottleneck.followers.iter().collect();
     let of = if balance.by == Measure::Time { " of all visits" } else { "" };
     let mut lines = Vec::new();
     if !unplayed.is_empty() {
@@ -203,11 +206,11 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
             "Bottleneck: {} sheep are wanted {:.3}%{of}, all {} sheep that they lead to only {:.3}%.",
             stuck.len(),
             want(&stuck),
-            bottleneck.followers.len(),
-            want(&bottleneck.followers)
+            followers.len(),
+            want(&followers)
         ));
         lines.push(format!("these  {}", list(&stuck)));
-        lines.push(format!("lead to  {}", list(&bottleneck.followers)));
+        lines.push(format!("lead to  {}", list(&followers)));
     }
     lines
 }

@@ -3,38 +3,43 @@
 //! Owns the edit of `--write`: only weights that differ are changed, and none if the flock would be further from its wants
 //! with the new ones. A manifest without such is not written. The flock crate finds the weights.
 
+use std::sync::Arc;
+
 use flock::Draft;
-use flock::{Balance, Flock, FlockShares, Measure};
+use flock::{Balance, Flock, FlockShares, Manifest, Measure};
 use operations::program::{Exit, Fatal};
 
-/// Writes the weights of `balance` into `draft`, whose manifest is that of `flock`; returns how many were changed.
+/// Writes the weights of `balance` into `draft`, whose manifest is that of `flock`; returns how many were changed, and the
+/// manifest with them. The flock goes first: as long as it is there, its manifest has to be copied to be changed.
 /// Errors: If the manifest cannot be saved. It is then as it was.
-pub(super) fn weights(mut draft: Draft, flock: &Flock, balance: &Balance<'_>) -> Result<usize, Fatal> {
+pub(super) fn weights(mut draft: Draft, flock: Flock, balance: &Balance) -> Result<(usize, Arc<Manifest>), Fatal> {
+    let places: Vec<u32> = places(&flock).collect();
+    drop(flock);
     let mut changed = 0;
-    for (at, weight) in placed(flock, balance) {
-        let set = draft.edit.set_weight_at(at, weight);
+    for (at, weight) in places.into_iter().zip(&balance.weights) {
+        let set = draft.edit.set_weight_at(at as usize, weight.weight);
         changed += usize::from(set.map_err(|error| Fatal::new(Exit::Malformed, error))?);
     }
+    let manifest = draft.edit.shared_manifest();
     if changed > 0 {
         draft.save()?;
     }
-    Ok(changed)
+    Ok((changed, manifest))
 }
 
 /// `flock` with the weights of `balance`.
-pub(crate) fn with_weights(flock: &Flock, balance: &Balance<'_>) -> Flock {
+pub(crate) fn with_weights(flock: &Flock, balance: &Balance) -> Flock {
     let mut manifest = flock.manifest().clone();
-    for (at, weight) in placed(flock, balance) {
-        manifest.transitions[at].weight = weight;
+    for (at, weight) in places(flock).zip(&balance.weights) {
+        manifest.transitions[at as usize].weight = weight.weight;
     }
     Flock::new(manifest)
 }
 
-/// The weights of `balance`, each with the place of its transition in the manifest of `flock`.
-fn placed(flock: &Flock, balance: &Balance<'_>) -> impl Iterator<Item = (usize, f64)> {
+/// The places in the manifest of `flock` of the transitions that a balance has weights for, in the order of these.
+fn places(flock: &Flock) -> impl Iterator<Item = u32> {
     let whole = flock.whole();
-    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
-    exits.zip(&balance.weights).map(|(exit, weight)| (whole.transition_in_manifest(exit), weight.weight))
+    whole.sheep().flat_map(|sheep| whole.exits(sheep)).map(|exit| whole.transition_in_manifest(exit) as u32)
 }
 
 /// The worst ratio of `flock` as it stands, `by` a measure. `None` if it plays nothing, or not all that is wanted.
@@ -45,14 +50,14 @@ pub(super) fn worst_ratio(flock: &Flock, by: Measure) -> Option<f64> {
 /// The worst ratio `was` and that with the weights of `balance`, in its measure, if the latter is worse. Nearness to the
 /// wants is weighed against nearness to the weights as written, and the least played transitions get their floor: both may
 /// take from the sheep that is furthest from its want.
-pub(super) fn worse(was: f64, balance: &Balance<'_>) -> Option<[f64; 2]> {
+pub(super) fn worse(was: f64, balance: &Balance) -> Option<[f64; 2]> {
     let is = balance.worst().unwrap_or(f64::INFINITY);
     (is > was).then_some([was, is])
 }
 
-/// What was written, in one line; `was` is the worst ratio of `flock` before, by the measure `by`.
-pub(super) fn summary(changed: usize, flock: &Flock, by: Measure, was: Option<f64>) -> String {
-    let all = flock.whole().exit_count();
+/// What was written of `balance`, in one line; `was` is the worst ratio before, in its measure.
+pub(super) fn summary(changed: usize, balance: &Balance, was: Option<f64>) -> String {
+    let (all, by) = (balance.weights.len(), balance.by);
     if changed == 0 {
         return format!("note: nothing to write, all {all} weights stand already");
     }

@@ -50,10 +50,10 @@ impl BalancedShares {
 }
 
 /// The bottleneck that `balance` names.
-pub(super) fn bottleneck(balance: &Balance<'_>) -> Option<BottleneckFacts> {
+pub(super) fn bottleneck(balance: &Balance) -> Option<BottleneckFacts> {
     let bottleneck = balance.bottleneck.as_ref()?;
-    let place = |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).ok();
-    let places = |ids: &[&SheepId]| ids.iter().filter_map(place).collect::<Vec<usize>>();
+    let place = |id: &SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).ok();
+    let places = |ids: &[SheepId]| ids.iter().filter_map(place).collect::<Vec<usize>>();
     let want = |places: &[usize]| places.iter().map(|&at| balance.sheep[at].wanted_visits).sum::<f64>();
     let (mut sheep, followers) = (places(&bottleneck.sheep), places(&bottleneck.followers));
     sheep.retain(|&at| balance.sheep[at].visits > 0.0);

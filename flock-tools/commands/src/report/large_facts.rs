@@ -178,7 +178,7 @@ fn visit_frames(flock: &Flock, sheep: SheepIx) -> f64 {
 
 impl Ratios {
     /// The ratios of `sheep`, and those with the weights of `balance`.
-    fn of(sheep: &[SheepShare<'_>], balance: Option<&Balance<'_>>, by: Measure) -> Self {
+    fn of(sheep: &[SheepShare<'_>], balance: Option<&Balance>, by: Measure) -> Self {
         let powers = |ratios: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
             // Of a sheep without a loop no time is wanted: its ratio is no number.
             ratios.filter(|ratio| *ratio > 0.0).map(f64::log2).collect()

@@ -89,7 +89,7 @@ impl Proposal {
             };
             NewShare { id: sheep.id.clone(), share, wanted, was: now.share }
         });
-        let bottleneck = balance.bottleneck.iter().flat_map(|found| found.sheep.iter().map(|id| (*id).clone()));
+        let bottleneck = balance.bottleneck.iter().flat_map(|found| found.sheep.iter().cloned());
         Some(Self {
             reachable: balance.reachable,
             worst_ratio: balance.worst(),
