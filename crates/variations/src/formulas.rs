@@ -19,6 +19,8 @@ pub const TINY: f64 = 1e-10;
 pub trait Formula {
     /// What it does with z.
     const DEPTH: Depth = Depth::None;
+    /// Whether it changes the colour.
+    const IS_IN_COLOUR: bool = false;
 
     /// The variation's part of the result for the point `(x, y)` after the affine part, weight included.
     fn at<N: Number, R: Random<N>>(v: &Compiled, x: N, y: N, random: &mut R) -> (N, N);
@@ -29,6 +31,24 @@ pub trait Formula {
         let (x, y) = Self::at(v, x, y, random);
         [x, y, x.like(0.0)]
     }
+
+    /// The same with the point's colour coordinate, of which it makes another: a formula that is in colour is asked for this
+    /// alone.
+    #[inline(always)]
+    fn in_colour<N: Number, R: Random<N>>(v: &Compiled, from: Coloured<N>, random: &mut R) -> ([N; 3], N) {
+        (Self::in_space(v, from.point, random), from.colour)
+    }
+}
+
+/// What a formula in colour reads.
+#[derive(Clone, Copy, Debug)]
+pub struct Coloured<N> {
+    /// The point.
+    pub point: [N; 3],
+    /// The sum of what other formulas gave so far.
+    pub sum: [N; 3],
+    /// The colour coordinate.
+    pub colour: N,
 }
 
 /// What a formula does with z.
@@ -61,6 +81,8 @@ pub struct Compiled {
     pub p: [f64; MAX_PARAMETERS],
     /// What keeps its divisors away from zero where it could lead as far as one likes: [`TINY`] in flam3.
     pub floor: f64,
+    /// Whether it changes the colour: [`Formula::in_colour`] says to what.
+    pub is_in_colour: bool,
 }
 
 impl Compiled {
@@ -96,9 +118,9 @@ impl Compiled {
                 let (sin, cos) = libm::sincos(q[0]);
                 values([f64::midpoint(1.0, cos), sin / 2.0])
             }
-            _ => of_others(kind, weight, q),
+            _ => of_others(kind, weight, &q),
         };
-        Compiled { kind, w: weight, p, floor: TINY }
+        Compiled { kind, w: weight, p, floor: TINY, is_in_colour: variation.changes_colour() }
     }
 }
 
@@ -169,6 +191,50 @@ macro_rules! solids {
 }
 
 pub(super) use solids;
+
+/// As [`solids`], for formulas in colour: each gives x, y and z, and the colour after them.
+macro_rules! colours {
+    ($($kind:ident $depth:ident($v:ident, $from:ident, $random:ident) $body:block)*) => {$(
+        pub(super) struct $kind;
+
+        impl $crate::formulas::Formula for $kind {
+            const DEPTH: $crate::formulas::Depth = $crate::formulas::Depth::$depth;
+            const IS_IN_COLOUR: bool = true;
+
+            #[inline(always)]
+            fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
+                v: &$crate::formulas::Compiled,
+                x: N,
+                y: N,
+                random: &mut R,
+            ) -> (N, N) {
+                let [x, y, _] = Self::in_space(v, [x, y, x.like(0.0)], random);
+                (x, y)
+            }
+
+            #[inline(always)]
+            fn in_space<N: $crate::number::Number, R: $crate::number::Random<N>>(
+                v: &$crate::formulas::Compiled,
+                point: [N; 3],
+                random: &mut R,
+            ) -> [N; 3] {
+                let none = point[0].like(0.0);
+                Self::in_colour(v, $crate::formulas::Coloured { point, sum: [none; 3], colour: none }, random).0
+            }
+
+            #[inline(always)]
+            fn in_colour<N: $crate::number::Number, R: $crate::number::Random<N>>(
+                $v: &$crate::formulas::Compiled,
+                $from: $crate::formulas::Coloured<N>,
+                $random: &mut R,
+            ) -> ([N; 3], N) {
+                $body
+            }
+        }
+    )*};
+}
+
+pub(super) use colours;
 
 /// r² = x² + y².
 #[inline(always)]

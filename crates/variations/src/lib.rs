@@ -20,7 +20,9 @@
 mod affine;
 mod blurs;
 mod carry;
+mod cells;
 mod chance;
+mod colours;
 mod complex;
 #[cfg(test)]
 mod documented;
@@ -31,7 +33,11 @@ mod expected_chance;
 #[cfg(test)]
 mod expected_later;
 #[cfg(test)]
+mod expected_latest;
+#[cfg(test)]
 mod expected_more;
+#[cfg(test)]
+mod expected_synth;
 mod figures;
 mod formulas;
 mod later;
@@ -39,24 +45,26 @@ mod limits;
 pub mod number;
 mod plain;
 mod precomputed;
+mod precomputed_latest;
 mod roots;
 mod solid;
 mod space;
 mod spelling;
 mod stage;
+mod synth;
 mod tiles;
 mod waves;
 
 use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, PI};
 
 pub use affine::Affine;
-pub use formulas::{Compiled, Depth, Formula, TINY, Visitor};
+pub use formulas::{Coloured, Compiled, Depth, Formula, TINY, Visitor};
 pub use limits::{Limit, Undrawn};
 pub use spelling::{Part, Spelling};
 pub use stage::{Slot, Stage};
 
 /// How many parameters a variation has at most.
-pub const MAX_PARAMETERS: usize = 16;
+pub const MAX_PARAMETERS: usize = 36;
 
 /// One variation of a transform, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -288,12 +296,13 @@ kinds! {
         rotateZ 0.0, shearXY 0.0, shearXZ 0.0, shearYX 0.0, shearYZ 0.0, shearZX 0.0, shearZY 0.0
     ];
     space::Butterfly3D "butterfly3D" [];
-    space::AxisSymmetryWf "axis_symmetry_wf" [
+    colours::AxisSymmetryWf "axis_symmetry_wf" [
         axis 0.0, centre_x 0.0, centre_y 0.0, centre_z 0.0, rotation 0.0, x1colorshift 0.0, y1colorshift 0.0,
         z1colorshift 0.0, x2colorshift 0.0, y2colorshift 0.0, z2colorshift 0.0
     ];
-    space::Falloff2 "falloff2" [
-        scatter 1.0, mindist 0.5, mul_x 1.0, mul_y 1.0, mul_z 0.0, mul_c 0.0, x0 0.0, y0 0.0, z0 0.0, invert 0.0, type 0.0
+    colours::Falloff2 "falloff2" [
+        scatter 1.0, mindist 0.5, mul_x 1.0, mul_y 1.0, mul_z 0.0, mul_c 0.0, x0 0.0, y0 0.0, z0 0.0, invert 0.0, type 0.0,
+        above 0.0
     ];
     complex::EllipticMirrored "elliptic_mirrored" [];
     roots::Juliac "juliac" [re 0.0, im 0.0, dist 1.0];
@@ -333,7 +342,7 @@ kinds! {
     tiles::Boarders2 "boarders2" [c 0.5, left 0.5, right 0.5];
     tiles::TileLog "tile_log" [spread 1.0];
     tiles::Shredlin "shredlin" [xdistance 1.0, xwidth 0.5, ydistance 1.0, ywidth 0.5];
-    tiles::PointSymmetryWf "point_symmetry_wf" [centre_x 0.25, centre_y 0.5, order 3.0, colorshift 0.0];
+    colours::PointSymmetryWf "point_symmetry_wf" [centre_x 0.25, centre_y 0.5, order 3.0, colorshift 0.0];
     figures::YinYang "yin_yang" [radius 0.5, ang1 0.0, ang2 0.0, dual_t 1.0, outside 0.0];
     figures::Glynnia "glynnia" [];
     figures::CloverleafWf "cloverleaf_wf" [filled 0.85];
@@ -383,6 +392,29 @@ kinds! {
     blurs::Gaussian "gaussian" [];
     roots::PowBlock "pow_block" [numerator 3.0, denominator 2.0, root 1.0, correctn 1.0, correctd 1.0];
     blurs::Rblur "rblur" [strength 1.0, offset 1.0, center_x 0.0, center_y 0.0];
+    synth::Synth "synth" [
+        a 0.0,
+        b 0.0, b_type 0.0, b_skew 0.0, b_frq 1.0, b_phs 0.0, b_layer 0.0,
+        c 0.0, c_type 0.0, c_skew 0.0, c_frq 1.0, c_phs 0.0, c_layer 0.0,
+        d 0.0, d_type 0.0, d_skew 0.0, d_frq 1.0, d_phs 0.0, d_layer 0.0,
+        e 0.0, e_type 0.0, e_skew 0.0, e_frq 1.0, e_phs 0.0, e_layer 0.0,
+        f 0.0, f_type 0.0, f_skew 0.0, f_frq 1.0, f_phs 0.0, f_layer 0.0,
+        mode 3.0, power -2.0, mix 0.0, smooth 0.0
+    ];
+    cells::Crackle "crackle" [cellsize 1.0, power 0.2, distort 0.0, scale 1.0, z 0.0];
+    colours::DcLinear "dc_linear" [offset 0.0, angle 0.0, scale 1.0];
+    tiles::Xtrb "xtrb" [power 2.0, radius 1.0, width 0.5, dist 1.0, a 1.0, b 1.0];
+    colours::Falloff3 "falloff3" [
+        blur_type 0.0, blur_shape 0.0, blur_strength 1.0, min_distance 0.5, invert_distance 0.0, mul_x 1.0, mul_y 1.0,
+        mul_z 0.0, mul_c 0.0, center_x 0.0, center_y 0.0, center_z 0.0, alpha 0.0
+    ];
+    tiles::Truchet "truchet" [extended 0.0, exponent 2.0, arc_width 0.5, rotation 0.0, size 1.0, seed 50.0, direct_color 0.0];
+    waves::Waves4 "waves4" [scalex 0.05, scaley 0.05, freqx 7.0, freqy 13.0, cont 0.0, yfact 0.1];
+    waves::Vibration2 "vibration2" [
+        dir 0.0, angle FRAC_PI_2, freq 1.0, amp 0.25, phase 0.0, dir2 FRAC_PI_2, angle2 FRAC_PI_2, freq2 1.0, amp2 0.25, phase2 0.0,
+        dm 0.0, dmfreq 0.1, tm 0.0, tmfreq 0.1, fm 0.0, fmfreq 0.1, am 0.0, amfreq 0.1,
+        d2m 0.0, d2mfreq 0.1, t2m 0.0, t2mfreq 0.1, f2m 0.0, f2mfreq 0.1, a2m 0.0, a2mfreq 0.1
+    ];
 }
 
 impl Kind {

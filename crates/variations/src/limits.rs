@@ -31,8 +31,6 @@ pub struct Undrawn {
     pub limit: Limit,
 }
 
-const ZERO: Limit = Limit::Only(&[0.0]);
-
 impl Limit {
     /// Whether `value` is drawn.
     pub fn holds(self, value: f64) -> bool {
@@ -66,20 +64,19 @@ impl Kind {
     #[expect(clippy::wildcard_enum_match_arm, reason = "all others are drawn with any parameters")]
     pub fn limits(self) -> &'static [(&'static str, Limit)] {
         match self {
-            Kind::AxisSymmetryWf => &[
-                ("axis", Limit::Only(&[0.0, 1.0, 2.0])),
-                ("x1colorshift", ZERO),
-                ("y1colorshift", ZERO),
-                ("z1colorshift", ZERO),
-                ("x2colorshift", ZERO),
-                ("y2colorshift", ZERO),
-                ("z2colorshift", ZERO),
-            ],
-            Kind::PointSymmetryWf => &[("order", Limit::Whole), ("colorshift", ZERO)],
-            Kind::Falloff2 => &[("mul_c", ZERO), ("type", Limit::Only(&[0.0, 1.0, 2.0]))],
-            Kind::Julia3D | Kind::Julia3Dz | Kind::Julian3Dx | Kind::Juliaq | Kind::EJulia => {
-                &[("power", Limit::Whole)]
-            }
+            Kind::AxisSymmetryWf => &[("axis", Limit::Only(&[0.0, 1.0, 2.0]))],
+            Kind::PointSymmetryWf => &[("order", Limit::Whole)],
+            Kind::Falloff2 => &[("type", Limit::Only(&[0.0, 1.0, 2.0]))],
+            Kind::Falloff3 => &[("blur_type", Limit::Only(&[0.0, 1.0]))],
+            Kind::DcLinear => &[("scale", Limit::Beyond(1e-4))],
+            Kind::BTransform
+            | Kind::EJulia
+            | Kind::Julia3D
+            | Kind::Julia3Dz
+            | Kind::Julian2
+            | Kind::Julian3Dx
+            | Kind::Juliaq
+            | Kind::Xtrb => &[("power", Limit::Whole)],
             Kind::Smartcrop => &[
                 ("power", Limit::Beyond(2.0)),
                 ("cropmode", Limit::Only(&[-1.0, 0.0, 1.0])),
@@ -87,13 +84,11 @@ impl Kind {
             ],
             Kind::Target | Kind::TargetSp => &[("size", Limit::Beyond(1e-4))],
             Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
-            Kind::Juliac => &[("re", Limit::Whole)],
-            Kind::BTransform => &[("power", Limit::Whole), ("split", ZERO)],
+            Kind::Juliac => &[("re", Limit::Beyond(1e-4))],
             Kind::Hypertile1 | Kind::Hypertile2 => &[("p", Limit::Whole)],
             Kind::Waves2b => &[("pwx", Limit::Beyond(1e-4)), ("pwy", Limit::Beyond(1e-4))],
             Kind::Bwraps => &[("cellsize", Limit::NotNegative)],
             Kind::Log => &[("base", Limit::NotNegative)],
-            Kind::Julian2 => &[("power", Limit::Whole)],
             Kind::Waffle => &[("slices", Limit::Whole)],
             Kind::Hypertile3D => &[("p", Limit::Whole), ("q", Limit::Whole)],
             Kind::PowBlock => &[
@@ -102,6 +97,8 @@ impl Kind {
                 ("correctd", Limit::Beyond(1e-4)),
             ],
             Kind::GlynnSim2 => &[("radius", Limit::Beyond(1e-4))],
+            Kind::Truchet => &[("extended", Limit::Only(&[0.0])), ("direct_color", Limit::Only(&[0.0]))],
+            Kind::Vibration2 => &[("freq", Limit::Beyond(1e-4)), ("freq2", Limit::Beyond(1e-4))],
             _ => &[],
         }
     }
@@ -147,8 +144,12 @@ impl Kind {
             | Kind::Tanhq
             | Kind::TargetSp
             | Kind::Taurus
+            | Kind::Truchet
+            | Kind::Vibration2
+            | Kind::Xtrb
             | Kind::Waves22
             | Kind::Waves3
+            | Kind::Waves4
             | Kind::WhitneyUmbrella => "JWildfire",
             Kind::Gaussian | Kind::Rblur => "Fractorium",
             _ => "Apophysis",
@@ -172,6 +173,14 @@ impl Variation {
         };
         self.kind.limits().iter().filter_map(undrawn).collect()
     }
+
+    /// The parameter, with its value, that puts what is drawn at other places than the variation's program does; see
+    /// `cells.rs`.
+    pub fn placed_otherwise(&self) -> Option<(&'static str, f64)> {
+        let distortion = self.params[2];
+        let is_moved = self.kind == Kind::Crackle && !self.is_absent() && distortion != 0.0;
+        is_moved.then_some((Kind::Crackle.parameters()[2].name, distortion))
+    }
 }
 
 #[cfg(test)]
@@ -187,11 +196,10 @@ mod tests {
         let coloured = Variation::new(Kind::Falloff2, 0.5);
         assert_eq!(coloured.undrawn(), []);
         let mut coloured = coloured;
-        coloured.params[5] = 0.75;
         coloured.params[10] = 3.0;
         let found: Vec<String> =
             coloured.undrawn().iter().map(|one| format!("{} {}: {}", one.parameter, one.value, one.limit)).collect();
-        assert_eq!(found, ["mul_c 0.75: 0", "type 3: 0, 1 or 2"]);
+        assert_eq!(found, ["type 3: 0, 1 or 2"]);
         assert_eq!(Variation { weight: 0.0, ..coloured }.undrawn(), []);
         assert!(!Limit::Whole.holds(2.5) && !Limit::Whole.holds(0.0) && Limit::Whole.holds(-3.0));
         assert!(!Limit::NotNegative.holds(-0.1) && Limit::NotNegative.holds(0.0));

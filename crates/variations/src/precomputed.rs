@@ -1,6 +1,7 @@
 //! What the variations of other programs than flam3 precompute per transform.
 //!
-//! Owns the values that do not depend on the point; those of flam3's variations are in `formulas.rs`. Never calculates with a
+//! Owns the values that do not depend on the point; those of flam3's variations are in `formulas.rs`, and the last
+//! ones in `precomputed_latest.rs`. Never calculates with a
 //! point.
 //!
 //! Start at [`of_others`].
@@ -8,11 +9,12 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8, PI, TAU};
 
 use super::formulas::values;
+use super::precomputed_latest::of_latest;
 use super::{Kind, MAX_PARAMETERS};
 
 /// What the formula of `kind` reads, of its weight and its parameters in the order of [`Kind::parameters`].
 #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
-pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+pub(super) fn of_others(kind: Kind, weight: f64, q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
     match kind {
         Kind::Spherical3DWf => values([-q[1] / 2.0, if q[0] == 0.0 { 1.0 } else { -1.0 }]),
         Kind::Julia3D => values([q[0].abs(), q[0], (1.0 / q[0] - 1.0) / 2.0]),
@@ -29,21 +31,14 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
             let (sin, cos) = libm::sincos(weight * FRAC_PI_2);
             values([sin, cos])
         }
-        Kind::AxisSymmetryWf => {
-            let (sin, cos) = libm::sincos(q[4].to_radians());
-            // JWildfire puts what it turns about y at the height of the centre's y.
-            let base = if q[4] == 0.0 { q[3] } else { q[2] };
-            values([q[0], q[1], q[2], q[3], sin, cos, base])
-        }
         Kind::Falloff2 => {
-            let mut all = q;
+            let mut all = *q;
             all[0] = 0.04 * q[0];
             all
         }
-        Kind::Juliac => values([q[0].abs(), 1.0 / q[0], q[1] / 100.0, q[2]]),
         Kind::Juliaq => values([q[0].abs(), q[1] / q[0], q[1] / q[0] / 2.0, TAU / q[0]]),
         Kind::EJulia => values([q[0].abs(), q[0]]),
-        Kind::BTransform => values([q[1].abs(), q[1], q[0], q[2]]),
+        Kind::BTransform => values([q[1].abs(), q[1], q[0], q[2], q[3]]),
         Kind::Hypertile => {
             let (sin, cos) = libm::sincos(TAU * q[2] / q[0]);
             let rho = tile_radius(q[0], q[1]);
@@ -85,9 +80,23 @@ pub(super) fn of_others(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f
 
 /// The same of those with many parameters.
 #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
-fn of_crops_and_maps(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+fn of_crops_and_maps(kind: Kind, weight: f64, q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
     match kind {
         Kind::Affine3D => values(matrix(q)),
+        Kind::AxisSymmetryWf => {
+            let (sin, cos) = libm::sincos(q[4].to_radians());
+            // JWildfire puts what it turns about y at the height of the centre's y.
+            let base = if q[4] == 0.0 { q[3] } else { q[2] };
+            let axis = q[0] as usize % 3;
+            // The second half keeps its colour where nothing turns about y, in `JWildfire`.
+            let other = if axis == 1 && q[4] == 0.0 { 0.0 } else { q[8 + axis] };
+            values([q[0], q[1], q[2], q[3], sin, cos, base, q[5 + axis], other])
+        }
+        Kind::Juliac => {
+            // A whole number of turns, or parts of one: a large random number modulo |re|.
+            let parts = (1..=1000).map(f64::from).find(|parts| (q[0] * parts).fract() == 0.0).unwrap_or(1e4);
+            values([q[0].abs() * parts, 1.0 / q[0], q[1] / 100.0, q[2], TAU / parts])
+        }
         Kind::Kaleidoscope => {
             // Its author's 45 are radians.
             let (sin, cos) = libm::sincos(45.0);
@@ -107,7 +116,7 @@ fn of_crops_and_maps(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64;
 
 /// The same of those that draw a figure.
 #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
-fn of_figures(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+fn of_figures(kind: Kind, weight: f64, q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
     match kind {
         Kind::Boarders2 => {
             let [kept, push, chance] = [q[0], q[1], q[2]].map(f64::abs);
@@ -154,13 +163,13 @@ fn of_figures(kind: Kind, weight: f64, q: [f64; MAX_PARAMETERS]) -> [f64; MAX_PA
         }
         Kind::Gnarly => values([q[0], q[1], q[0] * q[0] / 4.0]),
         Kind::Rblur => values([q[0] * 2.0, q[1], q[2], q[3]]),
-        _ => q,
+        _ => of_latest(kind, weight, q),
     }
 }
 
 /// Three rows of four of an affine map: of scales, shears, turns about x, y and z in degrees, and a translation.
-fn matrix(q: [f64; MAX_PARAMETERS]) -> [f64; 12] {
-    let [tx, ty, tz, sx, sy, sz, rx, ry, rz, xy, xz, yx, yz, zx, zy, _] = q;
+fn matrix(q: &[f64; MAX_PARAMETERS]) -> [f64; 12] {
+    let [tx, ty, tz, sx, sy, sz, rx, ry, rz, xy, xz, yx, yz, zx, zy, ..] = *q;
     let mut rows = [[sx, xy * sy, xz * sz], [yx * sx, sy, yz * sz], [zx * sx, zy * sy, sz]];
     // Each turns the first of two coordinates towards the second one.
     for (degrees, first, second) in [(rx, 1, 2), (ry, 2, 0), (rz, 0, 1)] {

@@ -18,8 +18,8 @@ pub(super) const NEAREST: f64 = 1e-30;
 
 formulas! {
     Juliac(v, x, y, random) {
-        let [count, re, im, dist, ..] = v.p;
-        let a = y.atan2(x) + (random.unit() * count).trunc() * TAU;
+        let [count, re, im, dist, turn, ..] = v.p;
+        let a = y.atan2(x) + (random.unit() * count).trunc() * turn;
         let l = square_of_radius(x, y).max(x.like(NEAREST)).ln() * (dist / 2.0);
         at_angle(a * re + l * im, (l * re - a * im).exp() * v.w)
     }
@@ -43,7 +43,8 @@ formulas! {
     }
 
     BTransform(v, x, y, random) {
-        let [count, turn, rotation, shift, ..] = v.p;
+        let [count, turn, rotation, shift, split, ..] = v.p;
+        let shift = N::select(x.less(x.like(0.0)), x.like(shift - split), x.like(shift + split));
         let tau = (square_of_radius(x + 1.0, y) / square_of_radius(x - 1.0, y)).ln() * 0.5;
         let sigma = -(y.atan2(x + 1.0) + y.atan2(-(x - 1.0))) + (PI + rotation);
         let (s, c) = (root(sigma, count, turn, random) * 0.5).sin_cos();

@@ -196,48 +196,11 @@ solids! {
         let pull = r2 + along * 2.0;
         [k * (x * (1.0 - square) + pull * cx), k * (y * (1.0 - square) - pull * cy), k * z * (1.0 - square)]
     }
-
-    AxisSymmetryWf Reads(v, x, y, z, random) {
-        let [axis, cx, cy, cz, sin, cos, base, ..] = v.p;
-        let one = x.like(1.0);
-        let side = N::select(random.coin(), one, -one);
-        let (turn, mirrored) = (side * sin, |value: N, centre: f64| (value - centre + v.w / 2.0) * side);
-        let (across, along) = match axis {
-            axis if axis < 0.5 => (mirrored(x, cx), y - cy),
-            axis if axis < 1.5 => (x - cx, mirrored(y, cy)),
-            _ => (x - cx, mirrored(z, cz)),
-        };
-        let (x, other) = (across * cos + along * turn + cx, along * cos - across * turn);
-        if axis < 1.5 { [x, other + cy, z] } else { [x, y, other + base] }
-    }
-
-    Falloff2 Reads(v, x, y, z, random) {
-        let [strength, nearest, mul_x, mul_y, mul_z, _, x0, y0, z0, is_inverted, form, ..] = v.p;
-        let distance = square_in_space(x - x0, y - y0, z - z0).sqrt();
-        let zero = x.like(0.0);
-        let distance = if is_inverted == 0.0 { distance } else { (-(distance - 1.0)).max(zero) };
-        let far = (distance - nearest).max(zero) * strength;
-        let (e1, e2, e3) = (random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5);
-        let (e1, e2, e3) = (e1 * far, e2 * far, e3 * far);
-        let [x, y, z] = if form < 0.5 {
-            [x + e1 * mul_x, y + e2 * mul_y, z + e3 * mul_z]
-        } else if form < 1.5 {
-            let rho = square_in_space(x, y, z).sqrt() + e1 * mul_x;
-            let (c, s) = at_angle(z.atan2(radius(x, y)) + e3 * mul_z, rho);
-            let (x, y) = at_angle(y.atan2(x) + e2 * mul_y, c);
-            [x, y, s]
-        } else {
-            let (sin, cos) = (e2 * TAU).sin_cos();
-            let (across, up) = at_angle(e3 * PI, e1 * cos);
-            [x + across * mul_x, y + up * mul_y, z + e1 * sin * mul_z]
-        };
-        [x * v.w, y * v.w, z * v.w]
-    }
 }
 
 /// R², the square of the distance from the origin.
 #[inline(always)]
-fn square_in_space<N: Number>(x: N, y: N, z: N) -> N {
+pub(super) fn square_in_space<N: Number>(x: N, y: N, z: N) -> N {
     square_of_radius(x, y) + z * z
 }
 

@@ -113,20 +113,32 @@ impl Spelling {
         Some(Spelling { slot, part: part.unwrap_or(found) })
     }
 
-    /// The stage of a variation in `slot` whose JWildfire priority is `value`.
-    pub fn stage_of_priority(slot: Slot, value: f64) -> Option<Stage> {
-        let stage = slot.stage;
-        let is_before = matches!(stage, Stage::Before | Stage::AddedBefore) || slot.kind == Kind::PreBlur;
-        let is_after = matches!(stage, Stage::After | Stage::AddedAfter);
-        match (value as i32, is_before, is_after) {
-            _ if value.fract() != 0.0 => None,
-            (-1, true, _) | (0, false, false) | (1, _, true) => Some(stage),
-            (-1, _, false) => Some(Stage::AddedBefore),
-            (0, true, _) => Some(Stage::Never),
-            (0, _, true) => Some(Stage::Running),
-            (1, false, _) => Some(Stage::AddedAfter),
-            _ => None,
+    /// The stages of a variation in `slot` whose JWildfire priority is `value`: two where it is applied twice.
+    ///
+    /// Below 0 it works on the point, above 0 on the sum, and with 2 or -2 on both; what its name puts before the sum does
+    /// nothing after it.
+    pub fn stages_of_priority(slot: Slot, value: f64) -> Option<(Stage, Option<Stage>)> {
+        if value.fract() != 0.0 {
+            return None;
         }
+        let stage = slot.stage;
+        let is_twice = value.abs() == 2.0;
+        if matches!(stage, Stage::Before | Stage::AddedBefore) || slot.kind == Kind::PreBlur {
+            return Some((if value < 0.0 || is_twice { stage } else { Stage::Never }, None));
+        }
+        let (before, between, after) = match stage {
+            Stage::After => (Stage::Before, Stage::Running, stage),
+            Stage::AddedAfter => (Stage::AddedBefore, Stage::Running, stage),
+            Stage::Before | Stage::AddedBefore | Stage::Sum | Stage::Running | Stage::Never => {
+                (Stage::AddedBefore, stage, Stage::AddedAfter)
+            }
+        };
+        Some(match value {
+            _ if is_twice => (before, Some(after)),
+            _ if value < 0.0 => (before, None),
+            _ if value > 0.0 => (after, None),
+            _ => (between, None),
+        })
     }
 }
 
@@ -264,6 +276,29 @@ mod tests {
     }
 
     #[test]
+    fn a_priority_applies_a_variation_where_jwildfire_does() {
+        use Stage::{AddedAfter, AddedBefore, After, Before, Never, Running, Sum};
+        let of = |name: &str, value: f64| {
+            let stages = Spelling::stages_of_priority(Spelling::of(name).unwrap().slot, value);
+            stages.map(|(first, second)| std::iter::once(first).chain(second).collect::<Vec<_>>())
+        };
+        let all = |name: &str| [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0].map(|value| of(name, value).unwrap());
+        let (before, after) = (vec![AddedBefore], vec![AddedAfter]);
+        let both = vec![AddedBefore, AddedAfter];
+        let plain = [before.clone(), both.clone(), before, vec![Sum], after.clone(), both, after];
+        assert_eq!(all("spherical"), plain);
+        let both = vec![Before, After];
+        let later = [vec![Before], both.clone(), vec![Before], vec![Running], vec![After], both, vec![After]];
+        assert_eq!(all("post_spherical"), later);
+        assert_eq!(all("flatten"), later);
+        let earlier = [Before, Before, Before, Never, Never, Before, Never].map(|stage| vec![stage]);
+        assert_eq!(all("pre_spherical"), earlier);
+        assert_eq!(of("pre_blur", 1.0), Some(vec![Never]));
+        assert_eq!(of("spherical", 0.5), None);
+        assert_eq!(of("spherical", f64::NAN), None);
+    }
+
+    #[test]
     fn every_variation_is_found_by_what_is_written_of_it() {
         let stages = [
             Stage::Before,
@@ -297,9 +332,9 @@ mod tests {
             let weight = Spelling::of(&variation.attribute()).unwrap();
             assert_eq!((weight.slot.kind, weight.slot.number, weight.part), (kind, number, Part::Weight));
             let priority = variation.stage_attributes().first().map(|(_, value)| *value);
-            let found =
-                priority.map_or(Some(weight.slot.stage), |value| Spelling::stage_of_priority(weight.slot, value));
-            assert!(found == Some(stage), "{kind:?} {stage:?} became {found:?}");
+            let found = priority
+                .map_or(Some((weight.slot.stage, None)), |value| Spelling::stages_of_priority(weight.slot, value));
+            assert!(found == Some((stage, None)), "{kind:?} {stage:?} became {found:?}");
             for (index, parameter) in kind.parameters().iter().enumerate() {
                 let found = Spelling::of(&variation.parameter_attribute(parameter.name)).unwrap();
                 assert_eq!((found.slot.kind, found.part), (kind, Part::Parameter(index)));

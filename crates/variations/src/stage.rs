@@ -45,18 +45,24 @@ impl Stage {
     }
 }
 
-/// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part without it.
-const WEIGHTLESS: [Kind; 10] = [
+/// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part or a colour without it.
+const WEIGHTLESS: [Kind; 16] = [
     Kind::AxisSymmetryWf,
     Kind::Circlize,
+    Kind::DcLinear,
+    Kind::Falloff2,
+    Kind::Falloff3,
     Kind::Gaussian,
     Kind::Kaleidoscope,
     Kind::PointSymmetryWf,
     Kind::RotateX,
     Kind::RotateY,
     Kind::RotateZ,
+    Kind::Stwin,
     Kind::Target,
     Kind::TargetSp,
+    Kind::Taurus,
+    Kind::Truchet,
 ];
 
 impl Slot {

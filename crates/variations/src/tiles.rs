@@ -5,11 +5,12 @@
 //! # Source
 //! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
-use super::formulas::{TINY, formulas, over, square_of_radius};
+use super::formulas::{TINY, at_angle, formulas, over, square_of_radius};
 use super::roots::NEAREST;
-use crate::number::Number;
+use crate::Compiled;
+use crate::number::{Number, Random};
 
 formulas! {
     Bwraps(v, x, y) {
@@ -52,13 +53,6 @@ formulas! {
         (shred(x, v.p[0], v.p[1]) * v.w, shred(y, v.p[2], v.p[3]) * v.w)
     }
 
-    PointSymmetryWf(v, x, y, random) {
-        let [centre_x, centre_y, order, ..] = v.p;
-        let (off_x, off_y) = ((x - centre_x) * v.w, (y - centre_y) * v.w);
-        let (s, c) = ((random.unit() * order).trunc() * (TAU / order)).sin_cos();
-        (off_x * c + off_y * s + centre_x, off_y * c - off_x * s + centre_y)
-    }
-
     Kaleidoscope(v, x, y) {
         let [cos, sin, across, above, below, ..] = v.p;
         let shift = N::select(x.like(0.0).less(y), x.like(above), x.like(below));
@@ -96,6 +90,92 @@ formulas! {
         let (a, r) = (place(of(0), of(1)), place(of(2), of(3)));
         (a * cos + r * sin, r * cos - a * sin)
     }
+
+    Truchet(v, x, y) {
+        let [scale, norm, width, size, ..] = v.p;
+        let part = |value: N| value * scale - (value * scale + 0.5).floor();
+        let wrapped = |part: N| N::select(part.less(part.like(0.0)), part + 1.0, part);
+        let (part_x, part_y) = (wrapped(part(x)), wrapped(part(y)));
+        let is_crossed = is_crossed(v, (x + 0.5).floor(), (y + 0.5).floor());
+        let zero = x.like(0.0);
+        // An arc about each of two corners that face each other.
+        let arc = |corner_x: N, corner_y: N| {
+            let far = |off: N| off.abs().pow(off.like(norm));
+            let rho = (far(part_x - corner_x) + far(part_y - corner_y)).pow(x.like(1.0 / norm));
+            N::select((rho - 0.5).abs().less(x.like(width)), x.like(size), zero)
+        };
+        let corner = N::select(is_crossed, x.like(1.0), zero);
+        let arcs = arc(corner, zero) + arc(-(corner - 1.0), x.like(1.0));
+        // Where no arc is, nothing is added, however far away the point lies.
+        let kept = |value: N| N::select(zero.less(arcs), value * arcs, zero);
+        (kept(part_x + x.floor()), kept(part_y + y.floor()))
+    }
+
+    Xtrb(v, x, y, random) {
+        let [r, sin, cos, count, power, exponent, ..] = v.p;
+        let [side_a, side_b, side_c, area] = [v.p[6], v.p[7], v.p[8], v.p[9]];
+        let (high_a, high_b) = (area / side_a, area / side_b);
+        let (a, b) = (y + r, x * sin - y * cos + r);
+        let (row, column) = ((a / high_a).floor() * high_a, (b / high_b).floor() * high_b);
+        let (a, b) = (a - row, b - column);
+        let c = (-(a * side_a + b * side_b - area)) / side_c;
+        // The other half of a parallelogram.
+        let is_upper = !x.like(0.0).less(c);
+        let turned = |value: N, high: f64| N::select(is_upper, -(value - high), value);
+        let (a, b) = in_hexagon(v, [turned(a, high_a), turned(b, high_b), c.abs()], random);
+        let (a, b) = (turned(a, high_a) + row - r, turned(b, high_b) + column - r);
+        let x = (b + a * cos) / sin;
+        let angle = (a.atan2(x) + (random.unit() * count).trunc() * (2.0 * PI)) / power;
+        // The weight counts twice.
+        at_angle(angle, square_of_radius(x, a).max(x.like(NEAREST)).pow(x.like(exponent)) * (v.w * v.w))
+    }
+}
+
+/// Whether the arcs of a truchet tile are about the corners at the lower right and the upper left.
+///
+/// A hash, h = ((s + (i + j) g + i j g²) k + 12345) modulo 65535, is in the upper half of its last two units. Each part is
+/// first taken modulo 2, so that `f32` has room for the rest.
+#[inline(always)]
+fn is_crossed<N: Number>(v: &Compiled, i: N, j: N) -> N::Mask {
+    let [first, sum, product] = [v.p[4], v.p[5], v.p[6]];
+    if product == 0.0 {
+        return N::less(i.like(0.5), i.like(first));
+    }
+    let (both, square) = (i + j, i * j);
+    let hash = both * sum + square * product + first;
+    // 65535 is odd: each turn changes halves.
+    let fine = both * (sum % 2.0) + square * (product % 2.0) + first % 2.0 + (hash / 65_535.0).trunc();
+    let parity = fine - (fine * 0.5).floor() * 2.0;
+    let one = i.like(1.0);
+    !parity.less(one) & !hash.less(i.like(0.0))
+}
+
+/// The trilinear coordinates of a point in a triangle, moved to a hexagon in its middle or to one of its corners: those of the
+/// first two sides.
+#[inline(always)]
+fn in_hexagon<N: Number, R: Random<N>>(v: &Compiled, [a, b, c]: [N; 3], random: &mut R) -> (N, N) {
+    let [sides @ .., area] = [v.p[6], v.p[7], v.p[8], v.p[9]];
+    let [width, share] = [v.p[10], v.p[11]];
+    let (b_is_above_a, c_is_above_a, c_is_above_b) = (a.less(b), a.less(c), b.less(c));
+    let (a_is_most, b_is_most) = (!b_is_above_a & !c_is_above_a, b_is_above_a & !c_is_above_b);
+    let (a_is_least, b_is_least) = (b_is_above_a & c_is_above_a, !b_is_above_a & c_is_above_b);
+    let of = |is_a: N::Mask, is_b: N::Mask| {
+        let [of_a, of_b, of_c] = sides.map(|side| a.like(side));
+        N::select(is_a, of_a, N::select(is_b, of_b, of_c))
+    };
+    let (most, least) = (of(a_is_most, b_is_most), of(a_is_least, b_is_least));
+    let between = -(most + least - (sides[0] + sides[1] + sides[2]));
+    let lower = a.min(b).min(c);
+    let middle = a.min(b).max(a.max(b).min(c));
+    let ratio = lower / middle.max(a.like(TINY));
+    let is_inner = random.unit().less(a.like(share));
+    let inner_low = lower * (1.0 - width) + over(area * width / 3.0, least) * ratio;
+    let inner_middle = middle * (1.0 - width) + over(area * width / 3.0, most + between) * -(ratio - 3.0);
+    let lower = N::select(is_inner, inner_low, lower * width);
+    let middle = N::select(is_inner, inner_middle, middle * width);
+    let upper = -(least * lower + between * middle - area) / most;
+    let placed = |is_most, is_least| N::select(is_most, upper, N::select(is_least, lower, middle));
+    (placed(a_is_most, a_is_least), placed(b_is_most, b_is_least))
 }
 
 /// A coordinate whose cells of the length `distance` are narrowed to a share `width` of it.

@@ -5,9 +5,12 @@
 //! # Source
 //! What `JWildfire`, Fractorium and Apophysis plugins of these names compute, in their authors' descriptions.
 
-use super::formulas::{formulas, over};
+use std::f64::consts::TAU;
+
+use super::formulas::{at_angle, formulas, over};
 use super::roots::NEAREST;
 use super::space::bent;
+use crate::Compiled;
 use crate::number::Number;
 
 formulas! {
@@ -77,6 +80,54 @@ formulas! {
         let wave = (square_x - square_y) * ((small_x + small_y + xy) * turns).sin() / sum;
         (x * v.w + wave, y * v.w + wave)
     }
+
+    Waves4(v, x, y) {
+        let [x_scale, y_scale, x_frequency, y_frequency, is_cut, drift, ..] = v.p;
+        let strip = (y * (x_frequency / TAU)).floor();
+        // Whole turns of the strip's angle go first: what is left is exact in `f32`.
+        let turns = strip * STRIP;
+        let turns = turns - turns.round() + strip * STRIP_REST;
+        let height = (turns * TAU + y * drift + 1.0).sin() * 43_758.545_3;
+        let height = height - height.trunc();
+        let height = if is_cut == 0.0 {
+            height
+        } else {
+            N::select(height.like(0.5).less(height), height.like(1.0), height.like(0.0))
+        };
+        (
+            (x + height * height * (y * x_frequency).sin() * x_scale) * v.w,
+            (y + (x * y_frequency).sin() * y_scale) * v.w,
+        )
+    }
+
+    Vibration2(v, x, y) {
+        let (first_x, first_y) = vibrated(v, 0, x, y);
+        let (second_x, second_y) = vibrated(v, WAVE, x, y);
+        ((x + first_x + second_x) * v.w, (y + first_y + second_y) * v.w)
+    }
+}
+
+/// By what part of a turn the angle of a strip of `waves4` is further than that of the one before: 91.2228 radians, less whole
+/// turns. Its first 12 bits, and the rest.
+const STRIP: f64 = 2123.0 / 4096.0;
+const STRIP_REST: f64 = 91.2228 / TAU - 14.0 - STRIP;
+
+/// How many values a wave of `vibration2` has.
+pub(super) const WAVE: usize = 15;
+
+/// What a wave of `vibration2` adds, whose values begin at `at`.
+#[inline(always)]
+fn vibrated<N: Number>(v: &Compiled, at: usize, x: N, y: N) -> (N, N) {
+    let value = |place: usize| v.p[at + place];
+    let along = x * value(0) + y * value(1);
+    let swell = |first: f64, place: usize| {
+        let (size, frequency) = (value(place), value(place + 1));
+        if size == 0.0 { x.like(first) } else { (along * frequency).cos() * size + first }
+    };
+    let direction = swell(value(13), 5);
+    let (sin, cos) = direction.sin_cos();
+    let height = swell(value(3), 11) * ((x * cos + y * sin) * value(2) + swell(value(4), 9)).sin();
+    at_angle(direction + swell(value(14), 7), height)
 }
 
 /// The sine, or the cosine.

@@ -72,6 +72,8 @@ fn a_genome_comes_in_from_every_encoding_and_is_drawn() {
         ("big", utf16(&marked, u16::to_be_bytes)),
         ("little-unmarked", utf16(&declared("UTF-16"), u16::to_le_bytes)),
         ("big-unmarked", utf16(&text, u16::to_be_bytes)),
+        ("little-blank", utf16(&format!("\r\n{}", declared("UTF-16")), u16::to_le_bytes)),
+        ("big-blank", utf16(&format!(" \t\n{text}"), u16::to_be_bytes)),
         ("latin", latin(declared("ISO-8859-1"))),
         ("windows", latin(declared("windows-1252"))),
         ("type", declared("UTF-8").replace("<flames>", "<!DOCTYPE flames>\n<flames>").into_bytes()),
@@ -151,6 +153,36 @@ fn names_of_any_script_become_ids_and_equal_ones_get_numbers() {
 }
 
 #[test]
+fn ids_that_differ_in_capitals_only_get_numbers() {
+    let folders = ImportFolders::new("64x48");
+    let flames: Vec<String> =
+        (1..).zip(["ewe", "EWE", "Ewe"]).map(|(at, name)| named(name, f64::from(at) / 8.0)).collect();
+    let write = |name: &str, flames: &[&str]| {
+        fs::write(folders.inbox().join(name), format!("<flames>{}</flames>", flames.concat())).unwrap();
+    };
+    write("best.flame", &[&flames[0], &flames[1], &flames[2]]);
+    let wanted = ["ewe", "EWE.2", "Ewe.3"];
+    assert_eq!(sheep(&folders.answer(0, &["best.flame", "--dry-run"])), added(&wanted));
+    assert_eq!(sheep(&folders.answer(0, &["best.flame"])), added(&wanted));
+    let files = fs::read_dir(folders.flock().join("genomes")).unwrap();
+    let files: BTreeSet<String> =
+        files.map(|file| file.unwrap().file_name().to_str().unwrap().to_lowercase()).collect();
+    assert_eq!(files.len(), 3, "on a disk that knows no capitals: {files:?}");
+    let manifest = folders.manifest();
+
+    // Again, in another order, and even where other genomes are replaced: each finds its own.
+    write("best.flame", &[&flames[2], &flames[1], &flames[0]]);
+    let stood = ["Ewe.3", "EWE.2", "ewe"].map(|id| (id.to_owned(), "stood".to_owned()));
+    for options in [&["best.flame"][..], &["best.flame", "--force"]] {
+        let again = folders.answer(0, options);
+        assert_eq!((sheep(&again).as_slice(), folders.manifest()), (stood.as_slice(), manifest.clone()), "{options:?}");
+    }
+    write("EWE=ram.flame", &[&named("", 0.9), &named("ram", 0.7)]);
+    let answer = folders.answer(0, &["EWE=ram.flame"]);
+    assert_eq!(answer["transitions"][0]["clip"], "transitions/ewe=ram.mp4", "{answer}");
+}
+
+#[test]
 fn key_frames_are_one_animation_and_the_artist_decides() {
     let folders = ImportFolders::new("64x48");
     let at = |time: u32| {
@@ -168,6 +200,10 @@ fn key_frames_are_one_animation_and_the_artist_decides() {
     let all = folders.answer(0, &["wave.flam3", "--key-frames", "all"]);
     assert_eq!((sheep(&all), &all["key_frames"]), (added(&["wave.1", "wave.2", "wave.3"]), &json!(1)));
     drawn(&folders, &folders.inbox().join("wave.flam3"), &["--time", "0.5"]);
+    let said = output(&mut folders.import(&["wave.flam3", "--key-frames", "all"]));
+    let told = String::from_utf8_lossy(&said.stderr).into_owned();
+    let note = "note: 1 file with the key frames of one animation: the motion from one to the next is not imported";
+    assert!(told.contains(note), "{told}");
 }
 
 #[test]
@@ -225,9 +261,46 @@ fn flames_as_other_programs_write_them_come_in_with_notes() {
     assert!(told.is_empty() || !told.contains("error"), "{told}");
     let reasons = reasons(&answer);
     assert_eq!(reasons.len(), 3, "{reasons:?}");
-    assert!(reasons.iter().filter(|reason| reason.starts_with("is a file of Chaotica")).count() == 2, "{reasons:?}");
+    let chaotica = "is a file of Chaotica, a format that is not read (expected flam3 XML); import the `.flame` file of the \
+                    same flame";
+    assert!(reasons.iter().filter(|reason| **reason == chaotica).count() == 2, "{reasons:?}");
     assert!(reasons.iter().any(|reason| reason.contains("a `jwf-flame` has layers")), "{reasons:?}");
     let kept = fs::read_to_string(folders.flock().join("genomes/twice.flam3")).unwrap();
     assert!(kept.contains("linear.2 =\"0\" linear.2_fx_priority =\"0\""), "{kept}");
     drawn(&folders, &folders.flock().join("genomes/odd.flam3"), &[]);
+}
+
+#[test]
+fn a_flame_of_one_layer_is_drawn_as_the_flame_that_it_is() {
+    let folders = ImportFolders::new("64x48");
+    let write = |name: &str, text: &str| fs::write(folders.inbox().join(name), text).unwrap();
+    let plain = named("one", 0.5);
+    let (head, rest) = plain.split_once(">\n").unwrap();
+    let inside = rest.replace("</flame>", "");
+    let layered = |layers: &[&str]| {
+        let layers: Vec<String> = layers.iter().map(|own| format!("<layer {own}>{inside}</layer>")).collect();
+        let layers = layers.concat();
+        format!("{}>\n{layers}</jwf-flame>", head.replace("<flame", "<jwf-flame"))
+    };
+    let full = "weight=\"1.0\" density=\"1.0\" visible=\"1\" name=\"Layer 1\"";
+    write("one.flame", &layered(&[full]));
+    write("plain.flame", &plain);
+    for (name, layers) in [
+        ("two", &[full, full][..]),
+        ("none", &[]),
+        ("hidden", &["weight=\"1.0\" density=\"1.0\" visible=\"0\""]),
+        ("thin", &["weight=\"0.4\" density=\"1.0\" visible=\"1\""]),
+    ] {
+        write(&format!("{name}.flame"), &layered(layers));
+        let answer = folders.answer(1, &[&format!("{name}.flame")]);
+        let reasons = reasons(&answer);
+        assert!(reasons.len() == 1 && reasons[0].contains("a `jwf-flame` has layers"), "{name}: {reasons:?}");
+    }
+    assert_eq!(sheep(&folders.answer(0, &["one.flame"])), added(&["one"]));
+    let pictures = [folders.flock().join("genomes/one.flam3"), folders.inbox().join("plain.flame")];
+    let [one, other] = pictures.map(|genome| drawn(&folders, &genome, &[]));
+    assert_eq!(one, other);
+    write("far.flame", &named("far", 0.2).replace("center=\"0 0\"", "center=\"inf 0\""));
+    let far = folders.answer(0, &["far.flame"]);
+    assert_eq!(far["genomes"][0]["notes"], json!(["its center is `inf 0`, read as `0 0`"]), "{far}");
 }

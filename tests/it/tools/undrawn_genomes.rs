@@ -118,6 +118,51 @@ fn unknown_variations_are_left_out_where_that_is_asked_for_and_the_genome_says_s
 }
 
 #[test]
+fn a_variation_with_an_unknown_parameter_is_never_drawn_by_another_formula() {
+    let folders = ImportFolders::new("64x48");
+    let odd = "fdisc=\"0.5\" fdisc_ashift=\"0.3\" fdisc#1#=\"0.2\" pre_fdisc=\"0.1\" pre_fdisc_ashift=\"0.1\"";
+    fs::write(folders.inbox().join("elm.flame"), flame("elm", "", odd)).unwrap();
+    let plain = folders.answer(1, &["elm.flame"]);
+    let reason = plain["left_out"][0]["reason"].as_str().unwrap();
+    assert_eq!(
+        reason,
+        "cannot be drawn: this renderer does not draw the unknown parameter `ashift` of the variation `fdisc` (`0.3`, \
+         transform 0), the unknown parameter `ashift` of the variation `pre_fdisc` (`0.1`, transform 0); \
+         --as-far-as-possible leaves the variations out"
+    );
+    let refused = json!({
+        "place": "transform 0", "name": "fdisc_ashift", "value": "0.3", "variation": "fdisc", "why": "parameter",
+    });
+    assert_eq!(plain["left_out"][0]["reasons"][0], refused, "{plain}");
+    let told = output(&mut folders.import(&["elm.flame", "--as-far-as-possible"]));
+    let wanted = "note: genome `elm` is drawn without the variation `fdisc`, whose parameter `ashift` is unknown (`0.3`, \
+                  transform 0), the variation `pre_fdisc`, whose parameter `ashift` is unknown (`0.1`, transform 0)";
+    assert!(stderr(&told).contains(wanted), "{}", stderr(&told));
+    let there = folders.flock().join("genomes/elm.flam3");
+    let text = fs::read_to_string(&there).unwrap();
+    assert!(text.starts_with("<flame drawn_without=\"fdisc_ashift pre_fdisc_ashift\" name=\"elm\""), "{text}");
+    let again = folders.answer(0, &["elm.flame", "--as-far-as-possible"]);
+    assert_eq!(again["genomes"][0]["state"], "stood", "{again}");
+    let pictures = [text, flame("elm", "", "fdisc.2=\"0.2\"")].map(|text| {
+        fs::write(folders.inbox().join("still.flam3"), text).unwrap();
+        let said = dreams(&["still", "still.flam3", "--out", "still.png", "--spp", "2", "--json"], &folders.inbox());
+        json(&said)["checksum"].clone()
+    });
+    assert!(pictures[0].is_string() && pictures[0] == pictures[1], "the second `fdisc` is known in full");
+}
+
+#[test]
+fn a_priority_that_is_not_drawn_is_named_with_those_that_are() {
+    let folders = ImportFolders::new("64x48");
+    fs::write(folders.inbox().join("elm.flame"), flame("elm", "", "swirl=\"0.5\" swirl_fx_priority=\"0.5\"")).unwrap();
+    let answer = folders.answer(1, &["elm.flame"]);
+    let reason = answer["left_out"][0]["reason"].as_str().unwrap();
+    let start =
+        "cannot be drawn: this renderer does not draw the priority `swirl_fx_priority` (`0.5`, transform 0; expected ";
+    assert!(reason.starts_with(start) && reason.contains("-1, 0"), "{reason}");
+}
+
+#[test]
 fn a_flame_of_which_a_part_is_not_drawn_is_imported_and_says_so() {
     let folders = ImportFolders::new("64x48");
     fs::write(folders.inbox().join("elm.flame"), flame("elm", "wobble=\"1\"", "")).unwrap();

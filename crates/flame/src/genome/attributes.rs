@@ -8,11 +8,12 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
+use super::names::PRIORITY;
 use super::origin::is_of_origin;
 use super::parse::list;
 use super::unsupported::Why;
 use super::{Camera, Xform};
-use variations::{Kind, Spelling};
+use variations::Spelling;
 
 /// When an attribute changes nothing.
 enum Neutral {
@@ -104,6 +105,7 @@ const XFORM: &[(&str, Neutral, Why)] = &[
     ("mod_hue_speed", At(0.0), Why::Colour),
     ("mod_saturation", At(0.0), Why::Colour),
     ("mod_saturation_speed", At(0.0), Why::Colour),
+    ("var_color", At(1.0), Why::Colour),
     ("wfield_type", Word(&["NONE"]), Why::WeightField),
 ];
 
@@ -140,7 +142,7 @@ pub(super) enum Meaning {
 
 /// What attribute `name` of a `<flame>` with such a camera means.
 pub(super) fn of_flame(name: &str, value: &str, camera: &Camera) -> Meaning {
-    if name == super::unsupported::MARK || is_of_origin(name) || fits(NEUTRAL_OF_FLAME, name) {
+    if name == super::MARK || is_of_origin(name) || fits(NEUTRAL_OF_FLAME, name) {
         // A rule counts before a pattern that fits it, too.
         return by_rule(FLAME, name, value).unwrap_or(Meaning::Neutral);
     }
@@ -157,18 +159,21 @@ pub(super) fn of_flame(name: &str, value: &str, camera: &Camera) -> Meaning {
 
 /// What attribute `name` of a transform means. Of a variation that is unknown all attributes are.
 pub(super) fn of_xform(xform: &Xform, name: &str, value: &str) -> Meaning {
-    let is_used = |of: fn(Kind) -> bool| xform.variations.iter().any(|it| it.weight != 0.0 && of(it.kind));
-    // How much of a colour comes from a variation; most give none.
-    if name == "var_color" && !is_used(|kind| kind.name().starts_with("dc_")) {
+    // How much of a colour comes from its variations; most give none.
+    if name == "var_color" && !xform.variations.iter().any(|it| !it.is_absent() && it.changes_colour()) {
         return Meaning::Neutral;
     }
-    if name.ends_with("_fx_priority") {
+    if name.ends_with(PRIORITY) {
         // That of an unknown variation says no more than the variation does.
         let Some(Spelling { slot, .. }) = Spelling::of(name) else { return Meaning::Neutral };
         let is_drawn = xform.variations.iter().any(|it| it.weight != 0.0 && it.slot() == slot);
         // What moves a variation has done so: what is left is its own, or is none.
-        let stage = list::<f64>(value).and_then(|given| Spelling::stage_of_priority(slot, *given.first()?));
-        return if stage == Some(slot.stage) || !is_drawn { Meaning::Neutral } else { Meaning::Asks(Why::Order) };
+        let stages = list::<f64>(value).and_then(|given| Spelling::stages_of_priority(slot, *given.first()?));
+        return if stages == Some((slot.stage, None)) || !is_drawn {
+            Meaning::Neutral
+        } else {
+            Meaning::Asks(Why::Order)
+        };
     }
     let rule = by_rule(XFORM, name, value).or_else(|| fits(NEUTRAL_OF_XFORM, name).then_some(Meaning::Neutral));
     rule.or_else(|| of_curve(name, value)).unwrap_or_else(|| unless_0(value))
@@ -220,7 +225,7 @@ impl Neutral {
 mod tests {
     use super::super::Genome;
     use super::*;
-    use variations::Variation;
+    use variations::{Kind, Variation};
 
     #[test]
     fn attributes_of_a_flame_are_neutral_at_their_own_values_only() {

@@ -39,7 +39,10 @@ pub enum GenomeError {
         found: usize,
     },
     /// A flame consists of layers, as `JWildfire` mixes them.
-    #[error("{place}: a `jwf-flame` has layers, which are not drawn, expected a `flame`")]
+    #[error(
+        "{place}: a `jwf-flame` has layers, which are not drawn, expected a `flame`, or one visible layer of weight 1 and \
+         density 1"
+    )]
     Layers {
         /// Where it begins.
         place: Place,

@@ -37,11 +37,11 @@ fn usual_gain(program: Option<Program>, is_jwildfires: bool) -> f64 {
     }
 }
 
-/// Takes what it knows of other programs' tone out of the attributes of `genome` that are kept.
+/// Takes what it knows of other programs' tone out of the attributes of `genome` that are kept, which come from `parts`.
 /// Errors: [`GenomeError::Attribute`] where a value is wrong.
-pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError> {
+pub(super) fn settle(genome: &mut Genome, parts: &[Node]) -> Result<(), GenomeError> {
     let program = genome.program();
-    let mut kept = Kept { genome, node };
+    let mut kept = Kept { genome, parts };
     if let Some(zoom) = kept.number("cam_zoom", |zoom| zoom > 0.0, "a number above 0")? {
         let scale = kept.genome.camera.scale * zoom;
         if !scale.is_finite() || (scale == 0.0) != (kept.genome.camera.scale == 0.0) {
@@ -75,13 +75,13 @@ pub(super) fn settle(genome: &mut Genome, node: Node) -> Result<(), GenomeError>
     kept.curves()
 }
 
-/// The attributes of a genome that are kept, and the element that they come from.
+/// The attributes of a genome that are kept, and the elements that they come from.
 struct Kept<'g, 'a, 'i> {
     genome: &'g mut Genome,
-    node: Node<'a, 'i>,
+    parts: &'g [Node<'a, 'i>],
 }
 
-impl Kept<'_, '_, '_> {
+impl<'a, 'i> Kept<'_, 'a, 'i> {
     fn has(&self, name: &str) -> bool {
         self.genome.extra.iter().any(|(kept, _)| kept == name)
     }
@@ -112,8 +112,11 @@ impl Kept<'_, '_, '_> {
     }
 
     fn refused(&self, name: &str, expected: &'static str) -> GenomeError {
-        let attribute = attributes(self.node).find(|attribute| attribute.name() == name);
-        wrong(self.node, attribute.expect("all that is kept comes from the element's attributes"), expected)
+        let of = |part: &Node<'a, 'i>| Some((*part, attributes(*part).find(|attribute| attribute.name() == name)?));
+        // The last one counts.
+        let found = self.parts.iter().rev().find_map(of);
+        let (part, attribute) = found.expect("all that is kept comes from the elements' attributes");
+        wrong(part, attribute, expected)
     }
 
     /// Takes JWildfire's light out.

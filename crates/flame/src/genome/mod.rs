@@ -12,10 +12,14 @@ mod curve;
 mod error;
 mod finish;
 mod finish_xml;
+mod jwildfire;
+mod layers;
 mod library;
 mod limits;
 mod lineage;
+mod mark;
 mod mend;
+mod names;
 mod origin;
 pub(crate) mod palette;
 mod palette_xml;
@@ -36,13 +40,14 @@ pub use curve::Curves;
 pub use error::{GenomeError, Place};
 pub use finish::Finish;
 pub use library::{Library, PaletteBlend};
+pub use mark::MARK;
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use pose::Pose;
 pub use program::Program;
 pub use split::Part;
 pub use tilt::Tilt;
-pub use unsupported::{MARK, Reason, Reasons, Unsupported, Why};
+pub use unsupported::{Reason, Reasons, Unsupported, Why};
 pub use wave::Wave;
 
 pub use variations::Affine;
@@ -188,6 +193,8 @@ pub struct Xform {
     pub post_tilt: Tilt,
     /// The variations, no two of one [`Slot`](variations::Slot).
     pub variations: Vec<Variation>,
+    /// Variations that are kept and not drawn: each has an unknown parameter that the genome's [`MARK`] names.
+    pub left_out: Vec<Variation>,
     /// Attributes that are kept as they are. If one changes the picture, the flame is not rendered: it is a variation or
     /// a feature that this crate lacks, and [`Genome::unsupported`] names it.
     pub extra: Vec<(String, String)>,
@@ -280,6 +287,7 @@ impl Default for Xform {
             tilt: Tilt::NONE,
             post_tilt: Tilt::NONE,
             variations: Vec::new(),
+            left_out: Vec::new(),
             extra: Vec::new(),
             motions: Vec::new(),
             children: Vec::new(),

@@ -5,13 +5,13 @@
 //!
 //! Start at [`genome`]; `split.rs` finds the flames of a text.
 
-use std::collections::{HashMap, HashSet};
 use std::str::FromStr;
 
 use roxmltree::Node;
 
 use super::carry::Carrier;
-use super::value::{integer, without_nan};
+use super::layers;
+use super::value::{all_finite, integer};
 use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place,
     Program, Space, TemporalShape, Wave, Xform,
@@ -33,31 +33,36 @@ pub(super) enum Read {
 
 /// Reads a `<flame>`.
 pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
-    if node.has_tag_name(super::split::LAYERED) {
-        return Err(GenomeError::Layers { place: place(node) });
-    }
+    let parts = layers::parts(node)?;
     let mut genome = Genome::default();
     // The number of the only transform that is seen; below 0 all are.
     let mut alone: i64 = -1;
-    for attribute in attributes(node) {
+    let own = parts.iter().flat_map(|part| attributes(*part).map(|attribute| (*part, attribute)));
+    for (part, attribute) in own.filter(|(part, attribute)| !layers::is_of_layer(*part, attribute.name())) {
         if attribute.name() == "soloxform" && is_said(attribute.value()) {
             let found = integer(attribute.value());
-            alone = found.ok_or_else(|| wrong(node, attribute, "a transform's number"))?;
+            alone = found.ok_or_else(|| wrong(part, attribute, "a transform's number"))?;
             continue;
         }
         match flame_attribute(&mut genome, attribute.name(), attribute.value()) {
-            Read::Unknown => genome.extra.push((attribute.name().into(), attribute.value().into())),
-            Read::Wrong(expected) if is_said(attribute.value()) => return Err(wrong(node, attribute, expected)),
+            Read::Unknown => {
+                if part != node {
+                    // What the layer says counts.
+                    genome.extra.retain(|(name, _)| name != attribute.name());
+                }
+                genome.extra.push((attribute.name().into(), attribute.value().into()));
+            }
+            Read::Wrong(expected) if is_said(attribute.value()) => return Err(wrong(part, attribute, expected)),
             // A value that is empty says nothing.
             Read::Taken | Read::Wrong(_) => {}
         }
     }
     let carrier = Carrier::of(&genome);
-    for child in node.children().filter(Node::is_element) {
+    for child in layers::children(&parts) {
         match child.tag_name().name() {
-            "xform" => genome.xforms.push(xform(child, carrier)?),
+            "xform" => genome.xforms.push(xform(child, carrier, &genome)?),
             "finalxform" => {
-                let mut last = xform(child, carrier)?;
+                let mut last = xform(child, carrier, &genome)?;
                 if genome.program() == Some(Program::JWildfire) && !says_how_it_colours(child) {
                     last.color_speed = 0.0;
                 }
@@ -77,21 +82,24 @@ pub(super) fn genome(node: Node) -> Result<Genome, GenomeError> {
         genome.xforms.iter_mut().chain(&mut genome.finals).for_each(pass_on);
     }
     super::palette_xml::fill(&mut genome);
-    super::finish_xml::settle(&mut genome, node)?;
+    super::finish_xml::settle(&mut genome, &parts)?;
     for (number, xform) in genome.xforms.iter_mut().enumerate() {
         if alone >= 0 && usize::try_from(alone) != Ok(number) {
             xform.opacity = 0.0;
         }
     }
+    genome.leave_out();
     Ok(genome)
 }
 
 /// What of a `<flame>` is read otherwise than it is written, in words.
 pub(super) fn notes(node: Node) -> Vec<String> {
     let center = node.attribute("center").unwrap_or_default();
-    let read = without_nan(center);
+    let read = all_finite(center);
     let moved = (read != center).then(|| format!("its center is `{}`, read as `{}`", shown(center), shown(&read)));
-    moved.into_iter().chain(node.children().find_map(super::palette_xml::note)).collect()
+    // Of a flame that cannot be read nothing is told.
+    let parts = layers::parts(node).unwrap_or_default();
+    moved.into_iter().chain(layers::children(&parts).find_map(super::palette_xml::note)).collect()
 }
 
 /// Whether a `<finalxform>` says whether it colours: in JWildfire, one that does not say so leaves colours as they are.
@@ -128,7 +136,7 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
             }
             _ => Read::Wrong("two whole numbers"),
         },
-        "center" => numbers(&mut camera.center, &without_nan(value), "two numbers"),
+        "center" => numbers(&mut camera.center, &all_finite(value), "two numbers"),
         "scale" => number(&mut camera.scale, value),
         "zoom" => number(&mut camera.zoom, value),
         "rotate" => number(&mut camera.rotate, value),
@@ -167,7 +175,7 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
     }
 }
 
-fn xform(node: Node, carrier: Carrier) -> Result<Xform, GenomeError> {
+fn xform(node: Node, carrier: Carrier, genome: &Genome) -> Result<Xform, GenomeError> {
     let mut xform = Xform::default();
     for attribute in attributes(node) {
         let (name, value) = (attribute.name(), attribute.value());
@@ -187,8 +195,7 @@ fn xform(node: Node, carrier: Carrier) -> Result<Xform, GenomeError> {
     }
     // Before any variation moves to another stage: the attribute has its name of the file.
     super::carry::settle(&mut xform, carrier);
-    apply_priorities(&mut xform);
-    apply_choices(&mut xform);
+    super::jwildfire::settle(&mut xform, genome.program() == Some(Program::JWildfire), node);
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "motion" => xform.motions.push(Wave::read(child)?),
@@ -292,27 +299,6 @@ fn forget_weights(xform: &mut Xform) {
     }
 }
 
-/// Applies attributes of JWildfire that choose among ways of drawing, and forgets them: which formula of `elliptic`, whose
-/// precise mode differs in nothing that is seen, and whether colours change.
-fn apply_choices(xform: &mut Xform) {
-    let Xform { variations, extra, color_speed, .. } = xform;
-    for variation in variations.iter_mut().filter(|variation| variation.kind == Kind::Elliptic) {
-        let name = variation.parameter_attribute("mode");
-        let Some(at) = extra.iter().position(|(known, _)| *known == name) else { continue };
-        match list::<f64>(&extra[at].1).as_deref() {
-            Some([1.0]) => variation.kind = Kind::EllipticMirrored,
-            Some([0.0 | 2.0]) => {}
-            _ => continue,
-        }
-        extra.remove(at);
-    }
-    let before = extra.len();
-    extra.retain(|(name, value)| name != "color_type" || value != "NONE");
-    if extra.len() < before {
-        *color_speed = 0.0;
-    }
-}
-
 /// The variation in this place of `xform`, added with weight 0 and default parameters where it is missing.
 fn entry(xform: &mut Xform, slot: Slot) -> &mut Variation {
     let found = xform.variations.iter().position(|variation| variation.slot() == slot);
@@ -321,33 +307,6 @@ fn entry(xform: &mut Xform, slot: Slot) -> &mut Variation {
         xform.variations.len() - 1
     });
     &mut xform.variations[index]
-}
-
-/// Moves variations to the stages that their `_fx_priority` says, once all are known. What moves none is kept as it is.
-fn apply_priorities(xform: &mut Xform) {
-    let of_slot = |(name, value): &(String, String)| match Spelling::of(name) {
-        Some(Spelling { slot, part: Part::Priority }) => Some((slot, stage_of(slot, value)?)),
-        _ => None,
-    };
-    let moves: HashMap<Slot, Stage> = xform.extra.iter().filter_map(of_slot).collect();
-    let mut moved = HashSet::new();
-    // In the order of the variations, which writing keeps: two of a kind keep their order.
-    for at in 0..xform.variations.len() {
-        let slot = xform.variations[at].slot();
-        let Some(&stage) = moves.get(&slot) else { continue };
-        let of_stage = |other: &&Variation| (other.kind, other.stage) == (slot.kind, stage);
-        let Ok(number) = u8::try_from(xform.variations.iter().filter(of_stage).count()) else { continue };
-        (xform.variations[at].stage, xform.variations[at].number) = (stage, number);
-        moved.insert(slot);
-    }
-    let is_kept = |it: &(String, String)| of_slot(it).is_none_or(|(slot, _)| !moved.contains(&slot));
-    xform.extra.retain(is_kept);
-}
-
-/// The stage to which a priority of `value` moves the variation in `slot`, if it moves it.
-fn stage_of(slot: Slot, value: &str) -> Option<Stage> {
-    let stage = Spelling::stage_of_priority(slot, value.trim().parse().ok()?)?;
-    Some(stage).filter(|stage| *stage != slot.stage)
 }
 
 fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {

@@ -16,7 +16,8 @@ impl Genome {
 
 fn of_xform(xform: &Xform) -> usize {
     let waves = xform.motions.iter().map(|wave| size_of_val(wave) + of_xform(&wave.added)).sum::<usize>();
-    let numbers = size_of_val(&xform.chaos[..]) + size_of_val(&xform.variations[..]);
+    let variations = size_of_val(&xform.variations[..]) + size_of_val(&xform.left_out[..]);
+    let numbers = size_of_val(&xform.chaos[..]) + variations;
     size_of::<Xform>() + numbers + waves + of_pairs(&xform.extra) + of_elements(&xform.children)
 }
 

@@ -234,7 +234,8 @@ mod tests {
             ("<flame size=\"x\"/>", "line 3, column 8: attribute `size` of `flame` is `x`, expected two whole numbers"),
             (
                 "<jwf-flame>\n<layer/><layer/></jwf-flame>",
-                "line 3, column 1: a `jwf-flame` has layers, which are not drawn, expected a `flame`",
+                "line 3, column 1: a `jwf-flame` has layers, which are not drawn, expected a `flame`, or one visible layer \
+                 of weight 1 and density 1",
             ),
             ("<flame><xform></flame>", "not well-formed XML: expected 'xform' tag, not 'flame' at 3:15"),
             (" <flame a=\"1\" a=\"2\"/>", "not well-formed XML: attribute 'a' at 3:15 is already defined"),

@@ -1,20 +1,17 @@
 //! What a genome asks for that is not drawn.
 //!
-//! Owns the list of all reasons for which a genome is refused, and of what is drawn without; and the mark of a genome that
-//! is to be drawn without its unknown variations. `attributes.rs` has the tables. Never draws.
+//! Owns the list of all reasons for which a genome is refused, and of what is drawn without. `attributes.rs` has the
+//! tables, `names.rs` tells parameters from variations, and `mark.rs` leaves both out. Never draws.
 //!
 //! Start at [`Genome::unsupported`].
 
-use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
 use super::attributes::{Meaning, of_flame, of_xform};
+use super::names::Names;
 use super::parse::shown;
-use super::{Element, Genome, Xform};
-use variations::Undrawn;
-
-/// The attribute of `<flame>` that names the unknown variations without which it is drawn.
-pub const MARK: &str = "drawn_without";
+use super::{Element, Genome, MARK, Wave, Xform};
+use variations::{Spelling, Undrawn, Variation};
 
 /// Where attributes of `<flame>` stand.
 const FLAME: &str = "the flame";
@@ -47,6 +44,8 @@ pub struct Reason {
     pub name: String,
     /// Its value or its text, 80 characters at most.
     pub value: String,
+    /// Of an unknown parameter, the variation that has it, as the file calls that.
+    pub variation: Option<String>,
     /// What it asks for.
     pub why: Why,
 }
@@ -66,10 +65,14 @@ pub enum Why {
     Effect,
     /// An element, which is unknown.
     Element,
-    /// An unknown variation that the artist has left out.
+    /// An unknown variation that the artist has left out, or an unknown parameter with whose variation that was done.
     LeftOut,
     /// A variation at another place among those of its transform.
     Order,
+    /// Cells at the places where the program's table of random numbers puts them.
+    Places,
+    /// An unknown parameter of a known variation.
+    Parameter,
     /// Solid surfaces with lights.
     Solid,
     /// Another way from density to light.
@@ -94,6 +97,8 @@ impl Why {
             Why::Element => "element",
             Why::LeftOut => "left-out",
             Why::Order => "order",
+            Why::Parameter => "parameter",
+            Why::Places => "places",
             Why::Solid => "solid",
             Why::Tone => "tone",
             Why::Value => "value",
@@ -112,7 +117,9 @@ impl Why {
             Why::Effect => "the effect",
             Why::Element => "the element",
             Why::LeftOut | Why::Variation => "the variation",
-            Why::Order => "the order by",
+            Why::Order => "the priority",
+            Why::Parameter => "the parameter",
+            Why::Places => "the same places of cells for",
             Why::Solid => "solid rendering by",
             Why::Tone => "the tone's",
             Why::Value => "this value of",
@@ -138,13 +145,13 @@ impl Display for Reasons {
                 None => groups.push((reason, vec![&reason.place])),
             }
         }
-        for (at, (Reason { name, value, why, .. }, places)) in groups.iter().take(MOST_NAMES).enumerate() {
+        for (at, (reason, places)) in groups.iter().take(MOST_NAMES).enumerate() {
             let before = if at > 0 { ", " } else { "" };
-            let place = places[0];
-            write!(f, "{before}{} `{}` (", why.noun(), shown(name))?;
+            let (place, expected) = (places[0], reason.expected());
+            write!(f, "{before}{} (", reason.words())?;
             match places.len() - 1 {
-                0 => write!(f, "`{value}`, {place})")?,
-                others => write!(f, "{place} and {others} more)")?,
+                0 => write!(f, "`{}`, {place}{expected})", reason.value)?,
+                others => write!(f, "{place} and {others} more{expected})")?,
             }
         }
         match groups.len().saturating_sub(MOST_NAMES) {
@@ -164,13 +171,17 @@ impl Genome {
                 for Undrawn { parameter, value, .. } in variation.undrawn() {
                     found.add(&place, &variation.parameter_attribute(parameter), &value.to_string(), Why::Value);
                 }
+                if let Some((parameter, value)) = variation.placed_otherwise() {
+                    let name = variation.parameter_attribute(parameter);
+                    found.without.0.push(Reason::new(&place, &name, &value.to_string(), Why::Places));
+                }
             }
             for motion in &xform.motions {
                 let added = &motion.added;
                 // It is read and does nothing, in flam3 too.
                 let extra = added.extra.iter().filter(|(name, _)| name != "symmetry").cloned().collect();
                 let added = Xform { extra, children: added.children.clone(), ..Xform::default() };
-                found.add_xform(&format!("a motion of {place}"), &added, &marked);
+                found.add_xform(&format!("a motion of {place}"), &added, xform, &marked);
             }
         }
         found
@@ -182,7 +193,7 @@ impl Genome {
         let mut found = Unsupported::default();
         let marked = self.marked();
         for (place, xform) in self.places().filter(|(_, it)| !it.extra.is_empty() || !it.children.is_empty()) {
-            found.add_xform(&place, xform, &marked);
+            found.add_xform(&place, xform, xform, &marked);
         }
         for (name, value) in &self.extra {
             match of_flame(name, value, &self.camera) {
@@ -198,38 +209,6 @@ impl Genome {
         found
     }
 
-    /// The same genome, to be drawn without its unknown variations: an attribute of its own names them.
-    #[must_use]
-    pub fn as_far_as_possible(&self) -> Genome {
-        let names = self.unsupported().mark();
-        let mut genome = self.clone().unmarked();
-        genome.extra.extend(names.map(|names| (MARK.to_owned(), names)));
-        genome
-    }
-
-    /// The genome without its mark.
-    #[must_use]
-    pub(super) fn unmarked(mut self) -> Genome {
-        self.extra.retain(|(name, _)| name != MARK);
-        self
-    }
-
-    /// A marked genome without its mark and the variations that it names, with their parameters: its picture is the same.
-    pub(crate) fn without_left_out(mut self) -> Genome {
-        let marked: Vec<String> = self.marked().into_iter().map(str::to_owned).collect();
-        let is_of = |name: &str, variation: &String| {
-            name.strip_prefix(&**variation).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
-        };
-        let is_drawn = |(name, _): &(String, String)| !marked.iter().any(|variation| is_of(name, variation));
-        if !marked.is_empty() {
-            for xform in self.xforms.iter_mut().chain(&mut self.finals) {
-                xform.extra.retain(is_drawn);
-                xform.motions.iter_mut().for_each(|motion| motion.added.extra.retain(is_drawn));
-            }
-        }
-        self.unmarked()
-    }
-
     /// What of `extra` and `children` is part of the picture, or a reason to draw none.
     pub(crate) fn drawn_parts(&self) -> (Vec<(String, String)>, Vec<Element>) {
         let is_part = |(name, value): &&(String, String)| {
@@ -237,11 +216,6 @@ impl Genome {
         };
         let extra = self.extra.iter().filter(is_part).cloned().collect();
         (extra, self.children.iter().filter(|child| child.tag == "layer").cloned().collect())
-    }
-
-    /// The variations that the mark names.
-    fn marked(&self) -> Vec<&str> {
-        self.extra.iter().filter(|(name, _)| name == MARK).flat_map(|(_, names)| names.split_whitespace()).collect()
     }
 
     /// The transforms, by the words for their places.
@@ -256,15 +230,40 @@ impl Genome {
 
 impl Reason {
     fn new(place: &str, name: &str, value: &str, why: Why) -> Reason {
-        Reason { place: place.to_owned(), name: name.to_owned(), value: shown(value.trim()), why }
+        Reason { place: place.to_owned(), name: name.to_owned(), value: shown(value.trim()), variation: None, why }
+    }
+
+    /// What is not drawn.
+    fn words(&self) -> String {
+        let name = shown(&self.name);
+        let Some(variation) = &self.variation else { return format!("{} `{name}`", self.why.noun()) };
+        let parameter = shown(self.name[variation.len()..].trim_start_matches('_'));
+        if self.why == Why::LeftOut {
+            format!("the variation `{variation}`, whose parameter `{parameter}` is unknown")
+        } else {
+            format!("the unknown parameter `{parameter}` of the variation `{variation}`")
+        }
+    }
+
+    /// What would be drawn instead of a priority.
+    fn expected(&self) -> String {
+        let slot = Spelling::of(&self.name).filter(|_| self.why == Why::Order).map(|spelling| spelling.slot);
+        let is_drawn =
+            |value: &i8| slot.is_some_and(|it| Spelling::stages_of_priority(it, f64::from(*value)).is_some());
+        let drawn: Vec<String> = (-3..=3).filter(is_drawn).map(|value| value.to_string()).collect();
+        match drawn.split_last() {
+            Some((last, [])) => format!("; expected {last}"),
+            Some((last, others)) => format!("; expected {} or {last}", others.join(", ")),
+            None => String::new(),
+        }
     }
 }
 
 impl Unsupported {
-    /// The value of the attribute [`MARK`] of a genome that is to be drawn without its unknown variations: their names, with
-    /// blanks between them. `None` if it has none.
+    /// The value of the attribute [`MARK`] of a genome that is to be drawn without its unknown variations, and without the
+    /// variations of its unknown parameters: the names of both, with blanks between them. `None` if it has none.
     pub fn mark(&self) -> Option<String> {
-        let is_of_mark = |reason: &&Reason| matches!(reason.why, Why::LeftOut | Why::Variation);
+        let is_of_mark = |reason: &&Reason| matches!(reason.why, Why::LeftOut | Why::Parameter | Why::Variation);
         let mut names: Vec<&str> = Vec::new();
         for reason in self.without.0.iter().chain(&self.refused.0).filter(is_of_mark) {
             if !names.contains(&&*reason.name) {
@@ -278,7 +277,8 @@ impl Unsupported {
     #[must_use]
     pub fn as_far_as_possible(self) -> Unsupported {
         let Unsupported { refused, mut without } = self;
-        let (left_out, refused) = refused.0.into_iter().partition(|reason| reason.why == Why::Variation);
+        let is_of_mark = |reason: &Reason| matches!(reason.why, Why::Parameter | Why::Variation);
+        let (left_out, refused) = refused.0.into_iter().partition(is_of_mark);
         let left_out: Vec<Reason> = left_out;
         without.0.extend(left_out.into_iter().map(|reason| Reason { why: Why::LeftOut, ..reason }));
         Unsupported { refused: Reasons(refused), without }
@@ -290,7 +290,8 @@ impl Unsupported {
         reasons.0.push(Reason::new(place, name, value, why));
     }
 
-    fn add_xform(&mut self, place: &str, xform: &Xform, marked: &[&str]) {
+    /// Adds what is not drawn of `xform`, which is `own` or a motion of it.
+    fn add_xform(&mut self, place: &str, xform: &Xform, own: &Xform, marked: &[&str]) {
         let mut unknown = Vec::new();
         for (name, value) in &xform.extra {
             match of_xform(xform, name, value) {
@@ -299,48 +300,44 @@ impl Unsupported {
                 Meaning::Unknown => unknown.push((&**name, &**value)),
             }
         }
-        let names = Names::of(xform);
-        for (name, value) in unknown.into_iter().filter(|(name, _)| !names.is_parameter(name)) {
-            let is_number = value.trim().parse::<f64>().is_ok();
-            let why = match is_number {
-                true if marked.contains(&name) => Why::LeftOut,
-                true => Why::Variation,
-                false => Why::Attribute,
-            };
-            self.add(place, name, value, why);
+        if !unknown.is_empty() {
+            let names = Names::of(&xform.extra, own);
+            for (name, value) in unknown.into_iter().filter(|(name, _)| !names.is_of_unknown(name)) {
+                let is_marked = marked.contains(&name);
+                match names.parameter(name) {
+                    Some(parameter) if own.uses(&parameter.variation) => {
+                        self.add_parameter(Reason::new(place, name, value, Why::Parameter), parameter.of, is_marked);
+                    }
+                    Some(_) => {}
+                    None if value.trim().parse::<f64>().is_err() => self.add(place, name, value, Why::Attribute),
+                    None if is_marked => self.add(place, name, value, Why::LeftOut),
+                    None => self.add(place, name, value, Why::Variation),
+                }
+            }
         }
         for Element { tag, text, .. } in &xform.children {
             self.add(place, tag, text, Why::Element);
         }
     }
+
+    fn add_parameter(&mut self, reason: Reason, of: &str, is_marked: bool) {
+        let reason = Reason { variation: Some(of.to_owned()), ..reason };
+        if is_marked {
+            self.without.0.push(Reason { why: Why::LeftOut, ..reason });
+        } else {
+            self.refused.0.push(reason);
+        }
+    }
 }
 
-/// The names of a transform's unknown attributes whose values are numbers, each with whether one is not 0.
-struct Names<'a>(BTreeMap<&'a str, bool>);
-
-impl<'a> Names<'a> {
-    fn of(xform: &'a Xform) -> Names<'a> {
-        let mut names = BTreeMap::new();
-        for (name, value) in &xform.extra {
-            if let Ok(number) = value.trim().parse::<f64>() {
-                *names.entry(&**name).or_default() |= number != 0.0;
-            }
-        }
-        Names(names)
-    }
-
-    /// Whether `name` is of a parameter of another unknown variation: that one is named instead, or has a weight of 0. One
-    /// that has parameters of its own is a variation.
-    fn is_parameter(&self, name: &str) -> bool {
-        let begins = |end: usize| self.0.get(&name[..end]).copied();
-        let variations = name.match_indices('_').filter_map(|(end, _)| begins(end));
-        let mut variations = variations.peekable();
-        variations.peek().is_some() && (variations.any(|is_drawn| is_drawn) || !self.has_parameters(name))
-    }
-
-    fn has_parameters(&self, name: &str) -> bool {
-        let start = format!("{name}_");
-        self.0.range(&*start..).next().is_some_and(|(next, _)| next.starts_with(&start))
+impl Xform {
+    /// Whether `variation`, which is one of its own, is drawn at some time, or would be if it were not left out.
+    fn uses(&self, variation: &Variation) -> bool {
+        let moves = |motion: &Wave| {
+            let Xform { variations, left_out, .. } = &motion.added;
+            variations.iter().chain(left_out).any(|it| it.kind == variation.kind && it.weight != 0.0)
+        };
+        variation.weight != 0.0 || self.motions.iter().any(moves)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Numbers as programs write them.
 //!
-//! Owns whole numbers that are written as reals, and centres that are no numbers. Never knows an attribute's name.
+//! Owns whole numbers that are written as reals, and centres that are not finite. Never knows an attribute's name.
 //!
 //! Start at [`integer`].
 
@@ -19,18 +19,21 @@ pub(super) fn integer<T: TryFrom<i64>>(value: &str) -> Option<T> {
     value.parse::<i64>().ok().or_else(of_real)?.try_into().ok()
 }
 
-/// A list of numbers with 0 in place of each that is none: `nan`, and `-1.#IND` and the like, as Windows writes it.
-pub(super) fn without_nan(value: &str) -> Cow<'_, str> {
-    if !value.split_whitespace().any(is_nan) {
+/// A list of numbers with 0 in place of each that is not finite: `nan`, `inf`, and `-1.#IND` and the like, as Windows
+/// writes them.
+pub(super) fn all_finite(value: &str) -> Cow<'_, str> {
+    if value.split_whitespace().all(is_finite) {
         return Cow::Borrowed(value);
     }
-    let words: Vec<&str> = value.split_whitespace().map(|word| if is_nan(word) { "0" } else { word }).collect();
+    let words: Vec<&str> = value.split_whitespace().map(|word| if is_finite(word) { word } else { "0" }).collect();
     Cow::Owned(words.join(" "))
 }
 
-fn is_nan(word: &str) -> bool {
-    let word = word.trim_start_matches(['-', '+']).to_ascii_lowercase();
-    ["nan", "1.#ind", "1.#qnan", "1.#snan"].iter().any(|name| word.starts_with(name))
+/// Whether a word is no number that is not finite.
+fn is_finite(word: &str) -> bool {
+    let name = word.trim_start_matches(['-', '+']).to_ascii_lowercase();
+    let is_named = ["nan", "1.#ind", "1.#inf", "1.#qnan", "1.#snan"].iter().any(|start| name.starts_with(start));
+    !is_named && word.parse::<f64>().map_or(true, f64::is_finite)
 }
 
 #[cfg(test)]
@@ -48,12 +51,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_counts_as_0_and_the_rest_stays() {
-        for (value, wanted) in [("nan nan", "0 0"), ("-nan(ind) 2", "0 2"), ("-1.#IND00 1.#QNAN", "0 0")] {
-            assert_eq!(without_nan(value), wanted);
+    fn what_is_not_finite_counts_as_0_and_the_rest_stays() {
+        for (value, wanted) in [
+            ("nan nan", "0 0"),
+            ("-nan(ind) 2", "0 2"),
+            ("-1.#IND00 1.#QNAN", "0 0"),
+            ("inf 0", "0 0"),
+            ("3 -Infinity", "3 0"),
+            ("-1.#INF00 1e400", "0 0"),
+        ] {
+            assert_eq!(all_finite(value), wanted);
         }
-        for whole in ["1  2", "inf 0", "x"] {
-            assert_eq!(without_nan(whole), whole);
+        for whole in ["1  2", "info 0", "x"] {
+            assert_eq!(all_finite(whole), whole);
         }
     }
 }

@@ -105,7 +105,7 @@ impl Wave {
                 element.set_all(name, affine.columns());
             }
         }
-        for variation in &added.variations {
+        for variation in added.variations.iter().chain(&added.left_out) {
             element.set_unless_0(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {
                 element.set_unless_0(&variation.parameter_attribute(parameter.name), value);

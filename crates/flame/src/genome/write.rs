@@ -107,7 +107,7 @@ impl Xform {
         }
         self.tilt.write("Coefs", &mut element);
         self.post_tilt.write("Post", &mut element);
-        for variation in &Variation::spelled(&self.variations) {
+        for variation in &Variation::spelled(&[&self.variations[..], &self.left_out].concat()) {
             element.set(&variation.attribute(), variation.weight);
             for (parameter, value) in variation.kind.parameters().iter().zip(variation.params) {
                 element.set(&variation.parameter_attribute(parameter.name), value);

@@ -10,11 +10,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::bins::Bins;
 use super::draw::Game;
 use super::escape::{LIMIT, ROUND};
-use super::plan::{CompiledXform, Passed, Plan, Summand};
+use super::plan::{CompiledXform, MOST_COLOUR, Passed, Plan, Summand};
 use super::pool::ORBITS;
 use super::shot::{FUSE, Shot};
 use species::Rng;
-use variations::{Compiled, Formula, Visitor};
+use variations::{Coloured, Compiled, Formula, Visitor};
 
 /// Steps of a shot that an orbit takes part in: 8,192 samples.
 const STEPS: u64 = 4;
@@ -79,8 +79,7 @@ impl Orbit {
         let drawn = (self.rng.bits() >> 32) as u32;
         self.last = plan.thresholds(self.last).iter().map(|threshold| usize::from(drawn >= *threshold)).sum();
         let chosen = &plan.moves[self.last];
-        self.point = image(chosen, self.point, plan.has_z, &mut self.rng);
-        self.colour = chosen.keep * self.colour + chosen.pull;
+        (self.point, self.colour) = image(chosen, self.point, self.colour, plan.has_z, &mut self.rng);
         let begins = self.begins_again(plan, self.point);
         if begins {
             self.point = self.random_point();
@@ -108,8 +107,7 @@ impl Orbit {
         let (mut point, mut colour) = (self.point, self.colour);
         for lens in &plan.lenses {
             if lens.opacity == 1.0 || self.rng.unit() < lens.opacity {
-                point = image(lens, point, plan.has_z, &mut self.rng);
-                colour = lens.keep * colour + lens.pull;
+                (point, colour) = image(lens, point, colour, plan.has_z, &mut self.rng);
                 if self.begins_again(plan, point) {
                     point = self.random_point();
                 }
@@ -151,31 +149,38 @@ pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
     found
 }
 
-/// The image of a point; it may be anything, see [`has_escaped`].
+/// The image of a point, and its colour; it may be anything, see [`has_escaped`].
 #[inline]
-pub(super) fn image(xform: &CompiledXform, [x, y, z]: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
+pub(super) fn image(
+    xform: &CompiledXform,
+    [x, y, z]: [f64; 3],
+    colour: f64,
+    has_z: bool,
+    rng: &mut Rng,
+) -> ([f64; 3], f64) {
     let (x, y) = xform.affine.apply(x, y);
     let mut point = tilted(xform.tilt.as_ref(), [x, y, z]);
+    let mut way = Way { colour: xform.keep * colour + xform.pull, has_z, rng };
     for passed in &xform.before {
-        point = passed_on(passed, point, has_z, rng);
+        point = way.passed_on(passed, point);
     }
     let mut sum = [0.0; 3];
     for summand in &xform.variations {
         sum = match summand {
-            Summand::Plain(variation) => added(sum, part(variation, point, has_z, rng)),
+            Summand::Plain(variation) => added(sum, way.part(variation, 1.0, point, sum)),
             Summand::Part { variation, presence } => {
-                added(sum, part(variation, point, has_z, rng).map(|axis| axis * presence))
+                added(sum, way.part(variation, *presence, point, sum).map(|axis| axis * presence))
             }
-            Summand::Running(passed) => passed_on(passed, sum, has_z, rng),
+            Summand::Running(passed) => way.passed_on(passed, sum),
             Summand::Carried(share) => added(sum, [0.0, 0.0, share * point[2]]),
         };
     }
     for passed in &xform.after {
-        sum = passed_on(passed, sum, has_z, rng);
+        sum = way.passed_on(passed, sum);
     }
     let [x, y, z] = sum;
     let (x, y) = xform.post.map_or((x, y), |post| post.apply(x, y));
-    tilted(xform.post_tilt.as_ref(), [x, y, z])
+    (tilted(xform.post_tilt.as_ref(), [x, y, z]), way.colour)
 }
 
 /// The image of a point under an affine map of space, if there is one.
@@ -184,32 +189,51 @@ fn tilted(rows: Option<&[[f64; 4]; 3]>, [x, y, z]: [f64; 3]) -> [f64; 3] {
     rows.map_or([x, y, z], |rows| rows.map(|[a, b, c, d]| a * x + b * y + c * z + d))
 }
 
-/// What becomes of `point` by a variation that replaces it, or is added to it.
-#[inline]
-fn passed_on(passed: &Passed, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
-    let mut result = part(&passed.variation, point, has_z, rng);
-    let Some(presence) = passed.presence else { return added(point, result) };
-    for axis in 0..3 {
-        result[axis] = point[axis] + (result[axis] - point[axis]) * presence;
+/// A point on its way through a transform.
+struct Way<'a> {
+    colour: f64,
+    has_z: bool,
+    rng: &'a mut Rng,
+}
+
+impl Way<'_> {
+    /// What becomes of `point` by a variation that replaces it, or is added to it.
+    #[inline]
+    fn passed_on(&mut self, passed: &Passed, point: [f64; 3]) -> [f64; 3] {
+        let share = passed.presence.unwrap_or(1.0);
+        let mut result = self.part(&passed.variation, share, point, [0.0; 3]);
+        let Some(presence) = passed.presence else { return added(point, result) };
+        for axis in 0..3 {
+            result[axis] = point[axis] + (result[axis] - point[axis]) * presence;
+        }
+        if let Some(factor) = passed.depth_factor {
+            result[2] = point[2] * factor;
+        }
+        result
     }
-    if let Some(factor) = passed.depth_factor {
-        result[2] = point[2] * factor;
+
+    /// What a variation makes of a point, after what others gave. The colour becomes its own by `presence`.
+    #[inline]
+    fn part(&mut self, variation: &Compiled, presence: f64, point: [f64; 3], sum: [f64; 3]) -> [f64; 3] {
+        if variation.is_in_colour {
+            let from = Coloured { point, sum, colour: self.colour };
+            let ([x, y, z], colour) = variation.kind.visit(ForOnePointInColour)(variation, from, self.rng);
+            // An orbit that is lost keeps its colour.
+            if colour.abs() < MOST_COLOUR {
+                self.colour += (colour - self.colour) * presence;
+            }
+            return if self.has_z { [x, y, z] } else { [x, y, 0.0] };
+        }
+        if self.has_z {
+            return variation.kind.visit(ForOnePointInSpace)(variation, point, self.rng);
+        }
+        let (x, y) = variation.kind.visit(ForOnePoint)(variation, point[0], point[1], self.rng);
+        [x, y, 0.0]
     }
-    result
 }
 
 fn added(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| a[axis] + b[axis])
-}
-
-/// What a variation makes of a point.
-#[inline]
-fn part(variation: &Compiled, point: [f64; 3], has_z: bool, rng: &mut Rng) -> [f64; 3] {
-    if has_z {
-        return variation.kind.visit(ForOnePointInSpace)(variation, point, rng);
-    }
-    let (x, y) = variation.kind.visit(ForOnePoint)(variation, point[0], point[1], rng);
-    [x, y, 0.0]
 }
 
 /// Whether a point has left the space.
@@ -233,6 +257,9 @@ type Apply = fn(&Compiled, f64, f64, &mut Rng) -> (f64, f64);
 /// The same in space.
 type ApplyInSpace = fn(&Compiled, [f64; 3], &mut Rng) -> [f64; 3];
 
+/// The same in colour.
+type ApplyInColour = fn(&Compiled, Coloured<f64>, &mut Rng) -> ([f64; 3], f64);
+
 /// Asks a formula for its [`Apply`].
 struct ForOnePoint;
 
@@ -254,5 +281,17 @@ impl Visitor for ForOnePointInSpace {
     #[inline]
     fn visit<F: Formula>(self) -> ApplyInSpace {
         F::in_space::<f64, Rng>
+    }
+}
+
+/// Asks a formula for its [`ApplyInColour`].
+struct ForOnePointInColour;
+
+impl Visitor for ForOnePointInColour {
+    type Out = ApplyInColour;
+
+    #[inline]
+    fn visit<F: Formula>(self) -> ApplyInColour {
+        F::in_colour::<f64, Rng>
     }
 }

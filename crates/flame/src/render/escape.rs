@@ -124,7 +124,7 @@ fn carry_on(
     random: &mut Rng,
 ) {
     for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
-        let point = chaos::image(chosen, from.each_ref().map(|axis| f64::from(axis[lane])), has_z, random);
+        let point = chaos::image(chosen, from.each_ref().map(|axis| f64::from(axis[lane])), 0.0, has_z, random).0;
         for (to, value) in to.iter_mut().zip(point) {
             // The largest number of `f32` stands for all beyond it.
             let room = if value.is_infinite() { f64::INFINITY } else { f64::from(f32::MAX) };

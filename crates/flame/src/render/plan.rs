@@ -22,6 +22,9 @@ const SLOW_FLAM3_COLOUR: f64 = 0.03;
 /// A colour that is pulled less than so far stays for the longest orbit: none is waited for.
 const STILL_COLOUR: f64 = 5e-4;
 
+/// Colours of formulas are nearer to 0 than this.
+pub(crate) const MOST_COLOUR: f64 = 2.0;
+
 /// A genome ready to be iterated.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
@@ -69,6 +72,8 @@ pub(crate) struct CompiledXform {
     /// `c' = keep * c + pull`.
     pub(crate) keep: f64,
     pub(crate) pull: f64,
+    /// Whether a variation changes the colour after that.
+    pub(crate) is_in_colour: bool,
     /// How bright its samples are, `0.0..=1.0`.
     pub(crate) brightness: f64,
     /// The part of its samples that are drawn: very dark ones are rarer instead.
@@ -203,6 +208,7 @@ impl CompiledXform {
             after,
             keep: 1.0 - xform.color_speed,
             pull: xform.color_speed * xform.color,
+            is_in_colour: used(xform).any(Variation::changes_colour),
             brightness,
             part: if brightness == 0.0 { 0.0 } else { visibility / brightness },
             opacity,

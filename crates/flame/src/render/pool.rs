@@ -28,7 +28,7 @@ pub(crate) const ORBITS: usize = 2048;
 const VECTORS: usize = ORBITS / LANES + Genome::MAX_XFORMS;
 
 /// What the arrays of a pool take in memory.
-pub(crate) const BYTES: u64 = (18 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
+pub(crate) const BYTES: u64 = (19 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
 
 /// A number for each place of a pool.
 pub(super) type Places<T> = Box<[[T; LANES]; VECTORS]>;
@@ -53,6 +53,8 @@ pub(crate) struct Pool<S: Simd> {
     pub(super) sums: [Places<f32>; 3],
     /// The points, while a variation is applied to the sums.
     pub(super) held: [Places<f32>; 3],
+    /// The colours, while variations change them.
+    pub(super) colours: Places<f32>,
     /// What was plotted in a step: cells and palette entries.
     plotted: [Vec<u32>; 2],
     /// Samples drawn so far.
@@ -66,7 +68,7 @@ pub(super) struct Orbits {
     pub(super) x: Places<f32>,
     pub(super) y: Places<f32>,
     pub(super) z: Places<f32>,
-    colour: Places<f32>,
+    pub(super) colour: Places<f32>,
 }
 
 /// Orbits that went through the same transform: some vectors, of which the last may be filled in part.
@@ -115,6 +117,7 @@ impl<S: Simd> Pool<S> {
             points: [places(), places(), places()],
             sums: [places(), places(), places()],
             held: [places(), places(), places()],
+            colours: places(),
             plotted: [vec![0; ORBITS + LANES], vec![0; ORBITS + LANES]],
             samples: 0,
             scalar: Rng::stream(0, 0),
@@ -233,12 +236,27 @@ impl<S: Simd> Pool<S> {
             let escaped = escaped.to_bitmask();
             self.escaped[vector] = escaped as u16;
             self.samples += u64::from((group.live(vector) & !escaped).count_ones());
-            let colour = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
-            let colour = colour.mul_add(colour.like(chosen.keep), colour.like(chosen.pull));
+            let colour = self.coloured(chosen, vector);
             x.0.store_array(&mut self.now.x[vector]);
             y.0.store_array(&mut self.now.y[vector]);
             colour.0.store_array(&mut self.now.colour[vector]);
         }
+    }
+
+    /// The colours after a transform.
+    #[inline(always)]
+    fn coloured(&self, chosen: &CompiledXform, vector: usize) -> Lanes<S> {
+        if chosen.is_in_colour {
+            return Lanes(f32x16::load_array_ref(self.simd, &self.colours[vector]));
+        }
+        self.pulled(chosen, vector)
+    }
+
+    /// The colours after a transform whose variations do not change them.
+    #[inline(always)]
+    pub(super) fn pulled(&self, chosen: &CompiledXform, vector: usize) -> Lanes<S> {
+        let colour = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
+        colour.mul_add(colour.like(chosen.keep), colour.like(chosen.pull))
     }
 
     /// The affine part after the variations.
@@ -301,7 +319,7 @@ impl<S: Simd> Pool<S> {
             let (x, y) = self.leave::<HAS_Z>(lens, vector);
             let ([mut x, mut y], _) = self.kept::<HAS_Z>(lens, [x, y], vector);
             let before = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
-            let mut colour = before.mul_add(before.like(lens.keep), before.like(lens.pull));
+            let mut colour = self.coloured(lens, vector);
             let mut z = Lanes(f32x16::load_array_ref(self.simd, &self.sums[2][vector]));
             if lens.opacity < 1.0 {
                 let taken = self.random.unit().less(x.like(lens.opacity));

@@ -7,16 +7,21 @@
 
 use fearless_simd::{Simd, SimdBase, f32x16};
 use variations::number::{LANES, LaneRng, Lanes, Number};
-use variations::{Compiled, Depth, Formula, Visitor};
+use variations::{Coloured, Compiled, Depth, Formula, Visitor};
 
-use super::plan::{CompiledXform, Passed, Summand};
-use super::pool::{Group, Pool, image, image_in_space};
+use super::plan::{CompiledXform, MOST_COLOUR, Passed, Summand};
+use super::pool::{Group, Places, Pool, image, image_in_space};
 
 impl<S: Simd> Pool<S> {
     /// The affine part before the variations, what these add up to, and what becomes of the sum.
     #[inline(always)]
     pub(super) fn enter<const HAS_Z: bool>(&mut self, chosen: &CompiledXform, group: Group) {
         self.map::<HAS_Z>(chosen, group);
+        if chosen.is_in_colour {
+            for vector in group.vectors() {
+                self.pulled(chosen, vector).0.store_array(&mut self.colours[vector]);
+            }
+        }
         for passed in &chosen.before {
             self.pass::<HAS_Z>(passed, group);
             std::mem::swap(&mut self.points, &mut self.sums);
@@ -24,7 +29,7 @@ impl<S: Simd> Pool<S> {
         }
         for summand in &chosen.variations {
             match summand {
-                Summand::Plain(variation) => self.vary::<HAS_Z>(variation, group),
+                Summand::Plain(variation) => self.vary::<HAS_Z>(variation, 1.0, group),
                 Summand::Part { variation, presence } => self.vary_in_part::<HAS_Z>(variation, *presence, group),
                 Summand::Running(passed) => self.pass_sum::<HAS_Z>(passed, group),
                 Summand::Carried(share) => self.carry(*share, group),
@@ -71,7 +76,7 @@ impl<S: Simd> Pool<S> {
     fn vary_in_part<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
         std::mem::swap(&mut self.held, &mut self.sums);
         self.clear::<HAS_Z>(group);
-        self.vary::<HAS_Z>(variation, group);
+        self.vary::<HAS_Z>(variation, presence, group);
         for axis in 0..axes::<HAS_Z>() {
             for vector in group.vectors() {
                 let before = Lanes(f32x16::load_array_ref(self.simd, &self.held[axis][vector]));
@@ -104,7 +109,7 @@ impl<S: Simd> Pool<S> {
     /// Makes of empty sums what becomes of the points by a variation that replaces them or is added to them.
     #[inline(always)]
     fn pass<const HAS_Z: bool>(&mut self, passed: &Passed, group: Group) {
-        self.vary::<HAS_Z>(&passed.variation, group);
+        self.vary::<HAS_Z>(&passed.variation, passed.presence.unwrap_or(1.0), group);
         for axis in 0..axes::<HAS_Z>() {
             for vector in group.vectors() {
                 let point = Lanes(f32x16::load_array_ref(self.simd, &self.points[axis][vector]));
@@ -120,9 +125,12 @@ impl<S: Simd> Pool<S> {
         }
     }
 
-    /// Adds what a variation gives.
+    /// Adds what a variation gives. A colour becomes its own by `presence`.
     #[inline(always)]
-    fn vary<const HAS_Z: bool>(&mut self, variation: &Compiled, group: Group) {
+    fn vary<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
+        if variation.is_in_colour {
+            return variation.kind.visit(VaryInColour::<_, HAS_Z> { pool: self, variation, presence, group });
+        }
         let vectors = group.vectors();
         let [x, y, z] = self.points.each_ref().map(|places| &places[vectors.clone()]);
         let [sum_x, sum_y, sum_z] = self.sums.each_mut().map(|places| &mut places[vectors.clone()]);
@@ -206,6 +214,54 @@ impl<S: Simd> Visitor for VaryInSpace<'_, S> {
                     }
                 }
                 *random = own;
+            },
+        );
+    }
+}
+
+/// A variation in colour over the vectors of a group.
+struct VaryInColour<'a, S: Simd, const HAS_Z: bool> {
+    pool: &'a mut Pool<S>,
+    variation: &'a Compiled,
+    presence: f64,
+    group: Group,
+}
+
+impl<S: Simd, const HAS_Z: bool> Visitor for VaryInColour<'_, S, HAS_Z> {
+    type Out = ();
+
+    #[inline(always)]
+    fn visit<F: Formula>(self) {
+        let VaryInColour { pool, variation, presence, group } = self;
+        if !F::IS_IN_COLOUR {
+            return;
+        }
+        let simd = pool.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut own = pool.random;
+                for vector in group.vectors() {
+                    let mut all = Lanes(f32x16::load_array_ref(simd, &pool.colours[vector]));
+                    let load = |places: &[Places<f32>; 3], axis: usize| {
+                        if axis < axes::<HAS_Z>() {
+                            Lanes(f32x16::load_array_ref(simd, &places[axis][vector]))
+                        } else {
+                            all.like(0.0)
+                        }
+                    };
+                    let point = [0, 1, 2].map(|axis| load(&pool.points, axis));
+                    let sum = [0, 1, 2].map(|axis| load(&pool.sums, axis));
+                    let (part, colour) = F::in_colour(variation, Coloured { point, sum, colour: all }, &mut own);
+                    // An orbit that is lost keeps its colour.
+                    let colour = Lanes::select(colour.abs().less(all.like(MOST_COLOUR)), colour, all);
+                    all = (colour - all).mul_add(all.like(presence), all);
+                    all.0.store_array(&mut pool.colours[vector]);
+                    for axis in 0..axes::<HAS_Z>() {
+                        (sum[axis] + part[axis]).0.store_array(&mut pool.sums[axis][vector]);
+                    }
+                }
+                pool.random = own;
             },
         );
     }

@@ -214,6 +214,71 @@ fn many_orbits_in_space_are_where_one_is() {
 }
 
 #[test]
+fn many_orbits_have_the_colours_that_one_has() {
+    let last =
+        "<finalxform coefs=\"1 0 0 1 0 0\" color_speed=\"0.2\" linear=\"0.5\" dc_linear=\"0.5\" opacity=\"0.7\"/>";
+    let point = "post_point_symmetry_wf=\"1\" post_point_symmetry_wf_colorshift=\"0.3\"";
+    let axis = "post_axis_symmetry_wf=\"0.5\" post_axis_symmetry_wf_x1colorshift=\"0.4\" \
+                post_axis_symmetry_wf_x2colorshift=\"-0.3\" post_axis_symmetry_wf_rotation=\"20\"";
+    let falloff = "pre_falloff2=\"1\" pre_falloff2_scatter=\"5\" pre_falloff2_mul_c=\"9\"";
+    for (own, last, without) in [
+        ("dc_linear=\"0.6\" dc_linear_angle=\"0.5\" linear=\"0.3\"".to_owned(), "", "linear=\"0.9\"".to_owned()),
+        (format!("linear=\"1\" {point}"), "", format!("linear=\"1\" {}", point.replace("0.3", "0"))),
+        (
+            format!("linear3D=\"1\" {axis}"),
+            "",
+            format!("linear3D=\"1\" {}", axis.replace("0.4", "0").replace("-0.3", "0")),
+        ),
+        (
+            format!("linear3D=\"0.8\" {falloff}"),
+            last,
+            format!("linear3D=\"0.8\" {}", falloff.replace("\"9\"", "\"0\"")),
+        ),
+    ] {
+        let genome = flame(&own, "", last);
+        let many = picture(&genome);
+        let found = psnr(&many, &drawn(&genome, 0.0, Arithmetic::Reference));
+        assert!(found > 33.0, "{own}: {found}");
+        assert_eq!(many, drawn(&genome, 0.0, Arithmetic::Portable), "{own}");
+        let plain = psnr(&many, &picture(&flame(&without, "", "")));
+        assert!(plain < 28.0, "{own}: {plain}");
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), genome, "{own}");
+    }
+}
+
+#[test]
+fn a_priority_of_2_applies_a_variation_twice() {
+    let curl = "curl_c1=\"0.4\" curl_c2=\"0.2\"";
+    for value in ["2", "-2"] {
+        let twice = flame(&format!("linear=\"0.8\" curl=\"0.3\" curl_fx_priority=\"{value}\" {curl}"), "", "");
+        let said = format!(
+            "linear=\"0.8\" curl=\"0.3\" curl_fx_priority=\"-1\" {curl} curl.2=\"0.3\" curl.2_fx_priority=\"1\" {}",
+            curl.replace("curl_", "curl.2_")
+        );
+        assert_eq!(picture(&twice), picture(&flame(&said, "", "")));
+        assert_eq!(Genome::parse(&twice.to_xml()).unwrap(), twice);
+    }
+    let one = flame("linear=\"0.8\" post_curl=\"0.3\" post_curl_fx_priority=\"-1\" post_curl_c1=\"0.4\"", "", "");
+    assert_eq!(picture(&one), picture(&flame("linear=\"0.8\" pre_curl=\"0.3\" pre_curl_c1=\"0.4\"", "", "")));
+}
+
+#[test]
+fn a_jwildfires_falloff_moves_points_to_one_side_unless_the_genome_says_otherwise() {
+    let jwildfire = "version=\"JWildfire V7.30 (27.11.2021)\"";
+    for (version, says, expected) in [
+        (jwildfire, "", 0.5),
+        (jwildfire, "falloff2_above=\"0.25\"", 0.25),
+        ("", "", 0.0),
+        ("", "falloff2_above=\"0.5\"", 0.5),
+    ] {
+        let genome = flame(&format!("falloff2=\"1\" {says}"), version, "");
+        let falloff = genome.xforms[1].variations[0];
+        assert_eq!(falloff.params[11].to_bits(), f64::to_bits(expected), "{version} {says}");
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), genome);
+    }
+}
+
+#[test]
 fn affine_parts_of_all_planes_are_one_map_of_space() {
     let half_turn = "-1 0 0 -1 0 0";
     let pitched = |attributes: &str| flame(&format!("linear3D=\"1\" {attributes}"), "cam_pitch=\"0.7\"", "");
@@ -300,6 +365,11 @@ fn what_replaces_the_point_comes_from_nothing() {
         "linear=\"0.9\" post_spherical=\"0.6\" post_spherical_fx_priority=\"0\"",
         "linear=\"0.9\" spherical=\"0.6\" spherical_fx_priority=\"1\"",
         "linear=\"0.9\" flatten=\"1\"",
+        "linear=\"0.9\" dc_linear=\"0.6\"",
+        "linear=\"0.9\" falloff2=\"0.6\" falloff2_mul_c=\"9\"",
+        "linear=\"0.9\" truchet=\"1\"",
+        "linear=\"0.9\" crackle=\"0.6\"",
+        "linear=\"0.9\" taurus=\"0.4\"",
     ] {
         let changed = Loop::new(&flame(with, "cam_pitch=\"0.3\"", ""), 1800.0);
         for (from, to, frame, end) in [(&plain, &changed, 0.01, &plain), (&plain, &changed, 899.99, &changed)] {

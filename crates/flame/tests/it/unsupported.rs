@@ -56,7 +56,8 @@ fn what_changes_a_picture_is_refused_in_loops_and_in_transitions() {
     for (own, of_first, name) in [
         ("sld_render_enabled=\"1\"", "", "solid rendering by `sld_render_enabled` (`1`, the flame)"),
         ("", "waltz=\"0.5\"", "the variation `waltz` (`0.5`, transform 0)"),
-        ("", "falloff2=\"0.5\" falloff2_mul_c=\"0.3\"", "this value of `falloff2_mul_c` (`0.3`, transform 0)"),
+        ("", "falloff2=\"0.5\" falloff2_type=\"3\"", "this value of `falloff2_type` (`3`, transform 0)"),
+        ("", "dc_linear=\"0.5\" var_color=\"0.3\"", "the colouring `var_color` (`0.3`, transform 0)"),
     ] {
         let odd = Flame::new(flame(own, of_first), Backend::default());
         let turning = odd.turning([48, 32], 30.0);
@@ -68,6 +69,19 @@ fn what_changes_a_picture_is_refused_in_loops_and_in_transitions() {
         }
     }
     assert!(plain.turning([48, 32], 30.0).demand(6.0, &settings).is_ok());
+}
+
+#[test]
+fn cells_at_other_places_are_drawn_and_named() {
+    let places = |attributes: &str| flame("", attributes).unsupported();
+    let moved = places("crackle=\"0.5\" crackle_distort=\"0.7\"");
+    assert!(moved.refused.is_empty());
+    assert_eq!(moved.without.to_string(), "the same places of cells for `crackle_distort` (`0.7`, transform 0)");
+    assert_eq!(moved.without.0[0].why.word(), "places");
+    for exact in ["crackle=\"0.5\" crackle_distort=\"0\"", "crackle=\"0\" crackle_distort=\"0.7\""] {
+        assert!(places(exact).without.is_empty(), "{exact}");
+    }
+    assert!(drawn(&flame("", "crackle=\"0.5\" crackle_distort=\"0.7\"")).is_ok());
 }
 
 #[test]

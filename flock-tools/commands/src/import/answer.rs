@@ -232,7 +232,11 @@ impl Answer {
         for (count, what, why) in [
             (self.links, "link", "passed over, to folders that are searched anyway"),
             (self.hidden, "item", "passed over: hidden, deleted or of a system; name one to import it"),
-            (self.key_frames, "file", "with the key frames of one animation, which moves here in a way of its own"),
+            (
+                self.key_frames,
+                "file",
+                "with the key frames of one animation: the motion from one to the next is not imported",
+            ),
         ] {
             if count > 0 {
                 print::note(&format!("note: {} {why}", print::count(count, what)));

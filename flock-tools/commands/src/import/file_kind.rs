@@ -27,7 +27,7 @@ const MOVIE: &str = "jwfmovie";
 const CHAOS: &str = "chaos";
 /// Why a file of Chaotica is left out.
 pub(super) const CHAOTICA: &str =
-    "is a file of Chaotica, a format that is not read (expected flam3 XML: import the flame that it was made from)";
+    "is a file of Chaotica, a format that is not read (expected flam3 XML); import the `.flame` file of the same flame";
 /// The ending in place of a clip that was voted down or deleted.
 const TOMBSTONE: &str = "xxx";
 /// Endings of clips that are still being fetched.

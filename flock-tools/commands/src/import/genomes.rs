@@ -22,6 +22,7 @@ use timing::FrameCount;
 use super::SkippedFile;
 use super::genome_file::{GenomeFile, GenomeKey, LeftOut, NamedGenome, Reading};
 use super::names;
+use super::names::Spellings;
 use crate::import::electric::{ATTRIBUTION, ElectricName};
 
 /// After so many sheep and transitions the manifest is saved, so that an interruption costs little.
@@ -87,7 +88,7 @@ pub(super) struct GenomeChoices {
 
 /// Imports every genome of the files `sources` into the flock in `folder`: as the genome of the sheep with its name, or as a
 /// new sheep; and the transitions that some of them are. A genome whose name another one has gets a number. `answer` is
-/// complete even if it fails.
+/// complete even if it fails. Ids that differ only in capitals count as one name: on many disks their files would be one.
 /// Errors: Those that concern every other file, too.
 pub(super) fn import(
     sources: &[PathBuf],
@@ -124,6 +125,7 @@ struct GenomeImport<'a> {
     draft: Draft,
     /// The sheep of the flock, with their genomes.
     sheep: HashMap<SheepId, Option<ClipPath>>,
+    spellings: Spellings,
     transitions: HashSet<(SheepId, SheepId)>,
     /// The sheep by what their genomes draw: those of the flock once a flame has no name.
     by_genome: HashMap<GenomeKey, SheepId>,
@@ -166,12 +168,14 @@ impl<'a> GenomeImport<'a> {
         let draft = Draft::lock(folder)?;
         let manifest = draft.edit.manifest();
         let sheep = manifest.sheep.iter().map(|sheep| (sheep.id.clone(), sheep.genome.clone())).collect();
+        let spellings = manifest.sheep.iter().map(|sheep| sheep.id.clone()).collect();
         let transitions = manifest.transitions.iter().map(|t| (t.from.clone(), t.to.clone())).collect();
         Ok(Self {
             folder,
             choices,
             draft,
             sheep,
+            spellings,
             transitions,
             by_genome: HashMap::new(),
             is_indexed: false,
@@ -195,19 +199,31 @@ impl<'a> GenomeImport<'a> {
             self.skip(&file.source, why.clone());
         }
         for flame in &file.genomes {
-            let (id, state, genome) = match self.flame(&flame.id, flame, self.choices.force)? {
-                Outcome::Imported(state, genome) => (flame.id.clone(), state, genome),
-                Outcome::Other(place) => self.numbered(flame, &place)?,
+            let wanted = self.spellings.of(&flame.id);
+            let outcome = if wanted == flame.id {
+                self.flame(&wanted, flame, self.choices.force)?
+            } else {
+                // Another sheep, though not in every file system.
+                Outcome::Other(self.place(&wanted, flame))
+            };
+            let (id, state, genome) = match outcome {
+                Outcome::Imported(state, genome) => (wanted, state, genome),
+                Outcome::Other(place) => self.numbered(flame, &wanted, &place)?,
             };
             self.tell(file, flame, id, state, genome);
         }
         self.save_some()
     }
 
-    /// Makes a flame the genome of a sheep with its name and a number, as its name belongs to another one, in `place`: of
-    /// the one that has this genome, or of a new one.
-    fn numbered(&mut self, flame: &NamedGenome, place: &ClipPath) -> Result<(SheepId, &'static str, ClipPath), Fatal> {
-        self.note_other(flame, &flame.id, place);
+    /// Makes a flame the genome of a sheep with its name and a number, as its name belongs to `other`, whose genome is in
+    /// `place`: of the one that has this genome, or of a new one.
+    fn numbered(
+        &mut self,
+        flame: &NamedGenome,
+        other: &SheepId,
+        place: &ClipPath,
+    ) -> Result<(SheepId, &'static str, ClipPath), Fatal> {
+        self.note_other(flame, other, place);
         if let Some(id) = self.numbers.known.get(&(flame.id.clone(), flame.key)).cloned()
             && let Outcome::Imported(state, genome) = self.flame(&id, flame, false)?
         {
@@ -215,7 +231,7 @@ impl<'a> GenomeImport<'a> {
         }
         loop {
             let next = self.numbers.next.entry(flame.id.clone()).or_insert(FIRST);
-            let id = names::numbered(&flame.id, *next);
+            let id = self.spellings.of(&names::numbered(&flame.id, *next));
             *next += 1;
             // A clip without a genome is of another sheep.
             if self.sheep.get(&id).is_some_and(Option::is_none) {
@@ -247,7 +263,7 @@ impl<'a> GenomeImport<'a> {
         let mut ids = Vec::new();
         for flame in &file.genomes {
             let known = if flame.is_certain { None } else { self.same(flame.key) };
-            ids.push(known.unwrap_or_else(|| flame.id.clone()));
+            ids.push(known.unwrap_or_else(|| self.spellings.of(&flame.id)));
         }
         let [from, to] = &ids[..] else { return Ok(()) };
         if from == to {
@@ -279,9 +295,7 @@ impl<'a> GenomeImport<'a> {
     fn flame(&mut self, id: &SheepId, flame: &NamedGenome, replaces: bool) -> Result<Outcome, Fatal> {
         let there = self.sheep.get(id).cloned();
         let (is_known, own) = (there.is_some(), there.flatten());
-        // A genome of another species gets a file with the ending of its own.
-        let is_its_kind = |path: &ClipPath| !has_other_ending(path, flame.ending);
-        let path = own.clone().filter(is_its_kind).unwrap_or_else(|| paths::genome(id, flame.ending));
+        let path = self.place(id, flame);
         let place = path.inside(self.folder);
         let text = format!("{}\n", flame.text);
         let found = species::text(&place).ok();
@@ -317,6 +331,7 @@ impl<'a> GenomeImport<'a> {
         edited.map_err(|error| Fatal::new(Exit::Malformed, error))?;
         self.unsaved += 1;
         self.sheep.insert(id.clone(), Some(path.clone()));
+        self.spellings.add(id);
         // In a dry run there will be no file in which it could be found.
         if self.is_indexed || self.choices.dry {
             self.by_genome.entry(flame.key).or_insert_with(|| id.clone());
@@ -325,6 +340,14 @@ impl<'a> GenomeImport<'a> {
             self.planned.insert(id.clone(), Original::of(flame.key, &flame.origin));
         }
         Ok(Outcome::Imported(state, path))
+    }
+
+    /// Where a flame is written as the genome of the sheep `id`.
+    fn place(&self, id: &SheepId, flame: &NamedGenome) -> ClipPath {
+        // A genome of another species gets a file with the ending of its own.
+        let is_its_kind = |path: &ClipPath| !has_other_ending(path, flame.ending);
+        let own = self.sheep.get(id).cloned().flatten();
+        own.filter(is_its_kind).unwrap_or_else(|| paths::genome(id, flame.ending))
     }
 
     /// Adds a flame to the answer, with what is known of its origin.

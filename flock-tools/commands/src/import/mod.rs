@@ -125,7 +125,8 @@ pub struct Args {
     /// What becomes of a file with the key frames of one animation; without it such a file is left out
     #[arg(long, value_enum, value_name = "WHICH")]
     key_frames: Option<KeyFrames>,
-    /// Leave unknown variations out of genomes, as flam3 does, and mark these genomes; without it such genomes are left out
+    /// Leave unknown variations out of genomes, as flam3 does, and those with unknown parameters, and mark these genomes;
+    /// without it such genomes are left out
     #[arg(long)]
     as_far_as_possible: bool,
     /// Replace clips and genomes that the flock has, and other files that are in their places

@@ -1,9 +1,11 @@
 //! The ids of imported sheep.
 //!
-//! Owns how the name of a genome, or of its file, becomes an id: in any script, of any length. Electric Sheep's names are those
-//! of its clips. Never looks at a flock.
+//! Owns how the name of a genome, or of its file, becomes an id: in any script, of any length, and which ids are one name.
+//! Electric Sheep's names are those of its clips. Never reads a flock.
 //!
 //! Start at [`id`].
+
+use std::collections::{HashMap, HashSet};
 
 use deunicode::deunicode_with_tofu;
 use flock::SheepId;
@@ -25,6 +27,38 @@ pub(super) fn id(name: Option<&str>, stem: &str, number: Option<usize>) -> Sheep
     match number {
         Some(number) => new(&of_file, &format!(".{number}")),
         None => new(&of_file, ""),
+    }
+}
+
+/// The ids of a flock, in which no two may differ only in capitals.
+#[derive(Debug, Default)]
+pub(super) struct Spellings {
+    /// Each id, in small letters; in a flock that has several, by the last of them.
+    by_small: HashMap<String, SheepId>,
+    all: HashSet<SheepId>,
+}
+
+impl Spellings {
+    /// `id` as the flock spells it; `id` itself where it has none of that name.
+    pub(super) fn of(&self, id: &SheepId) -> SheepId {
+        if self.all.contains(id) {
+            return id.clone();
+        }
+        self.by_small.get(&id.as_str().to_ascii_lowercase()).unwrap_or(id).clone()
+    }
+
+    /// Adds an id of the flock.
+    pub(super) fn add(&mut self, id: &SheepId) {
+        self.by_small.insert(id.as_str().to_ascii_lowercase(), id.clone());
+        self.all.insert(id.clone());
+    }
+}
+
+impl FromIterator<SheepId> for Spellings {
+    fn from_iter<I: IntoIterator<Item = SheepId>>(ids: I) -> Self {
+        let mut spellings = Self::default();
+        ids.into_iter().for_each(|id| spellings.add(&id));
+        spellings
     }
 }
 

@@ -17,13 +17,16 @@ struct ReasonAnswer<'r> {
     place: &'r str,
     name: &'r str,
     value: &'r str,
+    /// Of an unknown parameter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    variation: Option<&'r str>,
     why: &'static str,
 }
 
 impl<'r> ReasonAnswer<'r> {
     fn of(reason: &'r Reason) -> Self {
-        let Reason { place, name, value, why } = reason;
-        Self { place, name, value, why: why.word() }
+        let Reason { place, name, value, variation, why } = reason;
+        Self { place, name, value, variation: variation.as_deref(), why: why.word() }
     }
 }
 

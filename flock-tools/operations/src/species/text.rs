@@ -17,6 +17,8 @@ use crate::program::Exit;
 
 /// Most bytes of a file: as many as the longest text that is read as flames, 16 MiB, has in UTF-16, with its mark.
 const MOST_BYTES: u64 = (32 << 20) + 2;
+/// What may stand before the `<` of a text without a mark: tabs, ends of lines, spaces.
+const BLANKS: [u16; 4] = [0x09, 0x0A, 0x0D, 0x20];
 /// Bytes in which an XML declaration is searched.
 const DECLARATION: usize = 1024;
 
@@ -84,10 +86,11 @@ fn decoded(bytes: Vec<u8>) -> Result<String, TextError> {
 
 /// The encoding of `bytes` that begin without a mark.
 fn unmarked(bytes: &[u8]) -> Result<&'static Encoding, TextError> {
-    match bytes {
-        [b'<', 0, ..] => return Ok(UTF_16LE),
-        [0, b'<', ..] => return Ok(UTF_16BE),
-        _ => {}
+    for (encoding, unit) in [(UTF_16LE, u16::from_le_bytes as fn([u8; 2]) -> u16), (UTF_16BE, u16::from_be_bytes)] {
+        let mut units = bytes.as_chunks().0.iter().map(|pair| unit(*pair));
+        if units.find(|unit| !BLANKS.contains(unit)) == Some(u16::from(b'<')) {
+            return Ok(encoding);
+        }
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(DECLARATION)]);
     let Some(declared) = encoding_in(&head) else { return Ok(UTF_8) };
@@ -100,9 +103,9 @@ fn unmarked(bytes: &[u8]) -> Result<&'static Encoding, TextError> {
     }
 }
 
-/// Where an XML declaration at the beginning of `text` says the encoding: `encoding="..."`.
+/// Where an XML declaration at the beginning of `text`, or after blanks there, says the encoding: `encoding="..."`.
 fn encoding_in(text: &str) -> Option<Range<usize>> {
-    let declaration = &text[..text.starts_with("<?xml").then(|| text.find("?>"))??];
+    let declaration = &text[..text.trim_start().starts_with("<?xml").then(|| text.find("?>"))??];
     let start = declaration.find("encoding")?;
     let quote = start + declaration[start..].find(['"', '\''])?;
     let end = quote + 1 + declaration[quote + 1..].find(&declaration[quote..=quote])?;
@@ -160,6 +163,22 @@ mod tests {
         }
         let wide = utf16(&declared("UTF-16"), u16::to_le_bytes);
         assert_eq!(decoded(wide).unwrap(), declared("UTF-16").replace("encoding=\"UTF-16\"", &" ".repeat(17)));
+    }
+
+    #[test]
+    fn blanks_may_stand_before_a_text_in_every_encoding() {
+        let units: [fn(u16) -> [u8; 2]; 2] = [u16::to_le_bytes, u16::to_be_bytes];
+        for blanks in ["\n", " ", "\r\n\t "] {
+            let text = format!("{blanks}{NAME}");
+            let declared = format!("{blanks}<?xml version='1.0' encoding=\"ISO-8859-1\"?><flame name='\u{fc}'/>");
+            for bytes in units {
+                assert_eq!(decoded(utf16(&text, bytes)).unwrap(), text);
+            }
+            assert_eq!(decoded(text.clone().into_bytes()).unwrap(), text);
+            let latin: Vec<u8> = declared.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+            assert_eq!(decoded(latin).unwrap(), declared.replace("encoding=\"ISO-8859-1\"", &" ".repeat(21)));
+        }
+        assert_eq!(decoded(utf16(" \n", u16::to_le_bytes)).unwrap(), " \0\n", "blanks alone are no UTF-16");
     }
 
     #[test]

@@ -239,6 +239,8 @@ fn beyond(plan: &Plan) -> Option<&'static str> {
         Some("several final transforms")
     } else if xforms().any(|xform| replaces(xform) || is_added_twice(xform)) {
         Some("variations before or after the sum")
+    } else if xforms().any(|xform| xform.is_in_colour) {
+        Some("variations that change colours")
     } else {
         None
     }
