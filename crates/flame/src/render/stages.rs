@@ -74,6 +74,11 @@ impl<S: Simd> Pool<S> {
     /// Adds a part of what a variation gives.
     #[inline(always)]
     fn vary_in_part<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
+        if variation.is_in_colour {
+            // It reads the sum so far.
+            let share = presence;
+            return variation.kind.visit(VaryInColour::<_, HAS_Z> { pool: self, variation, presence, share, group });
+        }
         std::mem::swap(&mut self.held, &mut self.sums);
         self.clear::<HAS_Z>(group);
         self.vary::<HAS_Z>(variation, presence, group);
@@ -129,7 +134,13 @@ impl<S: Simd> Pool<S> {
     #[inline(always)]
     fn vary<const HAS_Z: bool>(&mut self, variation: &Compiled, presence: f64, group: Group) {
         if variation.is_in_colour {
-            return variation.kind.visit(VaryInColour::<_, HAS_Z> { pool: self, variation, presence, group });
+            return variation.kind.visit(VaryInColour::<_, HAS_Z> {
+                pool: self,
+                variation,
+                presence,
+                share: 1.0,
+                group,
+            });
         }
         let vectors = group.vectors();
         let [x, y, z] = self.points.each_ref().map(|places| &places[vectors.clone()]);
@@ -223,7 +234,10 @@ impl<S: Simd> Visitor for VaryInSpace<'_, S> {
 struct VaryInColour<'a, S: Simd, const HAS_Z: bool> {
     pool: &'a mut Pool<S>,
     variation: &'a Compiled,
+    /// How far the colour becomes its own.
     presence: f64,
+    /// What its part of the sum is multiplied with.
+    share: f64,
     group: Group,
 }
 
@@ -232,7 +246,7 @@ impl<S: Simd, const HAS_Z: bool> Visitor for VaryInColour<'_, S, HAS_Z> {
 
     #[inline(always)]
     fn visit<F: Formula>(self) {
-        let VaryInColour { pool, variation, presence, group } = self;
+        let VaryInColour { pool, variation, presence, share, group } = self;
         if !F::IS_IN_COLOUR {
             return;
         }
@@ -258,7 +272,10 @@ impl<S: Simd, const HAS_Z: bool> Visitor for VaryInColour<'_, S, HAS_Z> {
                     all = (colour - all).mul_add(all.like(presence), all);
                     all.0.store_array(&mut pool.colours[vector]);
                     for axis in 0..axes::<HAS_Z>() {
-                        (sum[axis] + part[axis]).0.store_array(&mut pool.sums[axis][vector]);
+                        part[axis]
+                            .mul_add(part[axis].like(share), sum[axis])
+                            .0
+                            .store_array(&mut pool.sums[axis][vector]);
                     }
                 }
                 pool.random = own;

@@ -77,8 +77,10 @@ fn values_as_other_programs_write_them_are_read() {
     assert_eq!((genome.palette_mode, genome.hue_path), (PaletteMode::Linear, HuePath::HsvCircular));
     let notes = &Genome::split(text).unwrap()[0].notes;
     assert_eq!(notes, &["its center is `nan -1.#IND`, read as `0 0`"]);
-    for (attribute, value) in [("temporal_samples", "1.5"), ("size", "8.5 6"), ("center", "inf 0"), ("palette", "1.5")]
-    {
+    let endless = "<flame center=\"inf 0\"/>";
+    assert_eq!(Genome::parse(endless).unwrap().camera.center, [0.0; 2]);
+    assert_eq!(Genome::split(endless).unwrap()[0].notes, ["its center is `inf 0`, read as `0 0`"]);
+    for (attribute, value) in [("temporal_samples", "1.5"), ("size", "8.5 6"), ("center", "0"), ("palette", "1.5")] {
         let refused = Genome::parse(&format!(r#"<flame {attribute}="{value}"/>"#)).unwrap_err().to_string();
         assert!(refused.contains(&format!("`{attribute}` of `flame` is `{value}`")), "{refused}");
     }
