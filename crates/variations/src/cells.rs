@@ -8,9 +8,10 @@
 //! permutation polynomial (34 x + 1) x modulo 289 of Gustavson and `McEwan`, *Efficient computational noise in GLSL* (2012):
 //! exact in `f32`.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
-use super::formulas::{TINY, formulas};
+use super::MAX_PARAMETERS;
+use super::formulas::{TINY, formulas, values};
 use crate::number::Number;
 
 /// How many different cells there are.
@@ -49,6 +50,14 @@ formulas! {
         let k = edge.pow(x.like(power - 1.0)) * scale;
         ((k * off_x + own_x) * v.w, (k * off_y + own_y) * v.w)
     }
+}
+
+/// What `crackle` reads: its layers of noise are 0.4 of its `z` apart, and the two about it are mixed.
+pub(super) fn crackle_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let layer = 2.5 * q[4];
+    let below = layer.floor();
+    let (next_share, share) = libm::sincos((layer - below) * FRAC_PI_2);
+    values([q[0] / 2.0, q[1], q[2], q[3], below, share, next_share])
 }
 
 /// The neighbours of a cell.

@@ -8,9 +8,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::formulas::{at_angle, colours, radius, remainder};
+use super::formulas::{at_angle, colours, radius, remainder, values};
 use super::space::square_in_space;
-use super::{Kind, Variation};
+use super::{Kind, MAX_PARAMETERS, Variation};
 use crate::number::Number;
 
 colours! {
@@ -89,6 +89,20 @@ colours! {
         let colour = remainder((drawn() * far * mul_c + from.colour).abs(), 1.0);
         (point.map(|axis| axis * v.w), colour)
     }
+}
+
+/// What `dc_linear` reads.
+pub(super) fn dc_linear_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let (sin, cos) = libm::sincos(q[1]);
+    values([sin, cos, q[0], 0.5 / q[2]])
+}
+
+/// What `falloff3` reads.
+pub(super) fn falloff3_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let mut all = *q;
+    all[2] = 0.04 * q[2];
+    all[12] = q[12] * all[2].abs().sqrt();
+    all
 }
 
 impl Variation {

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8, PI, TAU};
 use std::ops::{Add, Div, Mul, Sub};
 
 use super::Kind::{self, *};
-use super::expected_latest::LATEST;
+use super::expected_probed::PROBED;
 use super::{MAX_PARAMETERS, Variation};
 use crate::Affine;
 use crate::number::Random;
@@ -448,7 +448,7 @@ fn yin_yang(q: &[f64], zeta: C) -> Vec<[f64; 3]> {
 
 #[test]
 fn foreign_formulas_give_the_images_that_are_expected() {
-    for (kind, sets) in CASES.into_iter().chain(LATEST) {
+    for (kind, sets) in CASES.into_iter().chain(PROBED) {
         for (q, w) in sets.iter().flat_map(|q| [(q, 0.7), (q, -1.3)]) {
             let compiled = compiled(kind, w, q);
             let mut padded = [0.0; MAX_PARAMETERS];

@@ -163,7 +163,7 @@ fn among_several(kind: Kind, q: &[f64], w: f64, point: [f64; 3]) -> Vec<[f64; 3]
                 (true, true) => vec![kept, bent],
             }
         }
-        DcLinear | Truchet | Xtrb | Waves4 | Vibration2 | Synth => super::expected_latest::images(kind, q, w, point),
+        DcLinear | Truchet | Xtrb | Waves4 | Vibration2 | Synth => super::expected_probed::images(kind, q, w, point),
         _ => vec![in_space(kind, q, w, point)],
     }
 }

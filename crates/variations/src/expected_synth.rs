@@ -1,11 +1,11 @@
 //! What the synthesiser computes, in `f64` and in other words.
 //!
-//! Owns its waves and modes a second time, and the claims about its blurs; `expected_latest.rs` compares its other modes.
+//! Owns its waves and modes a second time, and the claims about its blurs; `expected_probed.rs` compares its other modes.
 
 use std::f64::consts::{PI, TAU};
 
 use super::Kind::Synth;
-use super::expected_latest::{are_near, with};
+use super::expected_probed::{are_near, with};
 use species::Rng;
 
 /// A synthesiser of three waves, then mode, power, mix and smooth.

@@ -158,6 +158,24 @@ macro_rules! formulas {
 
 pub(super) use formulas;
 
+/// The formula in the plane of a formula that knows z: that of the points whose z is 0.
+macro_rules! in_plane {
+    () => {
+        #[inline(always)]
+        fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
+            v: &$crate::formulas::Compiled,
+            x: N,
+            y: N,
+            random: &mut R,
+        ) -> (N, N) {
+            let [x, y, _] = Self::in_space(v, [x, y, x.like(0.0)], random);
+            (x, y)
+        }
+    };
+}
+
+pub(super) use in_plane;
+
 /// As [`formulas`], for formulas in space: each says what it does with z, and gives x, y and z.
 macro_rules! solids {
     ($($kind:ident $depth:ident($v:ident, $x:tt, $y:tt, $z:tt $(, $random:ident)?) $body:block)*) => {$(
@@ -166,16 +184,7 @@ macro_rules! solids {
         impl $crate::formulas::Formula for $kind {
             const DEPTH: $crate::formulas::Depth = $crate::formulas::Depth::$depth;
 
-            #[inline(always)]
-            fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
-                v: &$crate::formulas::Compiled,
-                x: N,
-                y: N,
-                random: &mut R,
-            ) -> (N, N) {
-                let [x, y, _] = Self::in_space(v, [x, y, x.like(0.0)], random);
-                (x, y)
-            }
+            $crate::formulas::in_plane!();
 
             #[inline(always)]
             fn in_space<N: $crate::number::Number, R: $crate::number::Random<N>>(
@@ -201,16 +210,7 @@ macro_rules! colours {
             const DEPTH: $crate::formulas::Depth = $crate::formulas::Depth::$depth;
             const IS_IN_COLOUR: bool = true;
 
-            #[inline(always)]
-            fn at<N: $crate::number::Number, R: $crate::number::Random<N>>(
-                v: &$crate::formulas::Compiled,
-                x: N,
-                y: N,
-                random: &mut R,
-            ) -> (N, N) {
-                let [x, y, _] = Self::in_space(v, [x, y, x.like(0.0)], random);
-                (x, y)
-            }
+            $crate::formulas::in_plane!();
 
             #[inline(always)]
             fn in_space<N: $crate::number::Number, R: $crate::number::Random<N>>(

@@ -33,9 +33,9 @@ mod expected_chance;
 #[cfg(test)]
 mod expected_later;
 #[cfg(test)]
-mod expected_latest;
-#[cfg(test)]
 mod expected_more;
+#[cfg(test)]
+mod expected_probed;
 #[cfg(test)]
 mod expected_synth;
 mod figures;
@@ -45,7 +45,6 @@ mod limits;
 pub mod number;
 mod plain;
 mod precomputed;
-mod precomputed_latest;
 mod roots;
 mod solid;
 mod space;

@@ -1,15 +1,18 @@
 //! What the variations of other programs than flam3 precompute per transform.
 //!
-//! Owns the values that do not depend on the point; those of flam3's variations are in `formulas.rs`, and the last
-//! ones in `precomputed_latest.rs`. Never calculates with a
-//! point.
+//! Owns the values that do not depend on the point. Those of flam3's variations are in `formulas.rs`, and
+//! those that take many steps beside the formulas that read them. Never calculates with a point.
 //!
 //! Start at [`of_others`].
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8, PI, TAU};
 
+use super::cells::crackle_values;
+use super::colours::{dc_linear_values, falloff3_values};
 use super::formulas::values;
-use super::precomputed_latest::of_latest;
+use super::synth::synth_values;
+use super::tiles::{truchet_values, xtrb_values};
+use super::waves::{vibration2_values, waves4_values};
 use super::{Kind, MAX_PARAMETERS};
 
 /// What the formula of `kind` reads, of its weight and its parameters in the order of [`Kind::parameters`].
@@ -163,7 +166,15 @@ fn of_figures(kind: Kind, weight: f64, q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_P
         }
         Kind::Gnarly => values([q[0], q[1], q[0] * q[0] / 4.0]),
         Kind::Rblur => values([q[0] * 2.0, q[1], q[2], q[3]]),
-        _ => of_latest(kind, weight, q),
+        Kind::Crackle => crackle_values(q),
+        Kind::DcLinear => dc_linear_values(q),
+        Kind::Falloff3 => falloff3_values(q),
+        Kind::Synth => synth_values(q),
+        Kind::Truchet => truchet_values(weight, q),
+        Kind::Vibration2 => vibration2_values(q),
+        Kind::Waves4 => waves4_values(q),
+        Kind::Xtrb => xtrb_values(q),
+        _ => *q,
     }
 }
 

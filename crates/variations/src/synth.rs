@@ -8,10 +8,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::MAX_PARAMETERS;
 use super::formulas::{TINY, at_angle, formulas, over, radius, remainder, square_of_radius};
-use super::precomputed_latest::{LAYER, LAYERS};
 use crate::Compiled;
 use crate::number::Number;
+
+/// How many values a wave has, and where the waves begin.
+const LAYER: usize = 6;
+const LAYERS: usize = 5;
 
 /// The nearest to 0 that a number is raised to a power.
 const NEAREST: f64 = 1e-30;
@@ -86,6 +90,16 @@ formulas! {
         };
         (x * v.w, y * v.w)
     }
+}
+
+/// What `synth` reads: the sum that waves are added to, mode, power, mix and smooth, then the waves.
+pub(super) fn synth_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let mut all = [0.0; MAX_PARAMETERS];
+    let layers = LAYER * 5;
+    let [mode, power, mix, smooth] = [0, 1, 2, 3].map(|at| q[1 + layers + at]);
+    all[..LAYERS].copy_from_slice(&[q[0], mode, power, mix, smooth]);
+    all[LAYERS..LAYERS + layers].copy_from_slice(&q[1..=layers]);
+    all
 }
 
 /// The sum of the waves at `t`.

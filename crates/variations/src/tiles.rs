@@ -7,7 +7,8 @@
 
 use std::f64::consts::PI;
 
-use super::formulas::{TINY, at_angle, formulas, over, square_of_radius};
+use super::MAX_PARAMETERS;
+use super::formulas::{TINY, at_angle, formulas, over, square_of_radius, values};
 use super::roots::NEAREST;
 use crate::Compiled;
 use crate::number::{Number, Random};
@@ -129,6 +130,35 @@ formulas! {
         // The weight counts twice.
         at_angle(angle, square_of_radius(x, a).max(x.like(NEAREST)).pow(x.like(exponent)) * (v.w * v.w))
     }
+}
+
+/// What `truchet` reads, of its weight and its parameters: those of its hash last.
+pub(super) fn truchet_values(weight: f64, q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let norm = q[1].clamp(0.001, 2.0);
+    let width = (libm::exp2(1.0 / norm) - 1.0) * q[2].clamp(0.001, 1.0) / 2.0;
+    let scale = (libm::cos(q[3]) + libm::sin(q[3])) / weight;
+    let seed = q[5].abs();
+    let hash = if seed == 0.0 || seed == 1.0 {
+        [seed, 0.0, 0.0]
+    } else {
+        let g = (1.5 * seed).sqrt() / (0.5 * seed) * 0.25;
+        let k = g * 0.5 * 32_747.0;
+        [seed * k + 12_345.0, k * g, k * g * g]
+    };
+    values([scale, norm, width, q[4].clamp(0.001, 10.0), hash[0], hash[1], hash[2]])
+}
+
+/// What `xtrb` reads: the sides of its triangles and the area of one, twice.
+pub(super) fn xtrb_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let power = q[0].round();
+    let (b, c) = (0.047 + q[4], 0.047 + q[5]);
+    let [half_a, half_b, half_c] = [PI - b - c, b, c].map(|angle| libm::tan(angle / 2.0));
+    let sides = [half_b + half_c, half_a + half_c, half_a + half_b].map(|side| side * q[1]);
+    let area = q[1] * sides.iter().sum::<f64>();
+    let (sin, cos) = libm::sincos(c);
+    let [side_a, side_b, side_c] = sides;
+    let (exponent, share) = (q[3] / power / 2.0, 1.0 - q[2] * q[2]);
+    values([q[1], sin, cos, power.abs(), power, exponent, side_a, side_b, side_c, area, q[2], share])
 }
 
 /// Whether the arcs of a truchet tile are about the corners at the lower right and the upper left.

@@ -7,7 +7,8 @@
 
 use std::f64::consts::TAU;
 
-use super::formulas::{at_angle, formulas, over};
+use super::MAX_PARAMETERS;
+use super::formulas::{at_angle, formulas, over, values};
 use super::roots::NEAREST;
 use super::space::bent;
 use crate::Compiled;
@@ -112,8 +113,45 @@ formulas! {
 const STRIP: f64 = 2123.0 / 4096.0;
 const STRIP_REST: f64 = 91.2228 / TAU - 14.0 - STRIP;
 
+/// What `waves4` reads.
+pub(super) fn waves4_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    values([q[0], q[1], q[2], q[3], f64::from(q[4] >= 1.0), q[5] / 1000.0])
+}
+
+/// What `vibration2` reads: one wave after the other.
+pub(super) fn vibration2_values(q: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+    let [first, second] = [[0, 10], [5, 18]].map(|[wave, swells]| vibration(&q[wave..][..5], &q[swells..][..8]));
+    let mut all = [0.0; MAX_PARAMETERS];
+    all[..WAVE].copy_from_slice(&first);
+    all[WAVE..2 * WAVE].copy_from_slice(&second);
+    all
+}
+
+/// What a wave of `vibration2` reads, of its direction, angle, frequency, size and phase, and of how much and how often each
+/// of the direction, the angle, the frequency and the size swells.
+fn vibration(wave: &[f64], swells: &[f64]) -> [f64; WAVE] {
+    let (sin, cos) = libm::sincos(wave[0]);
+    let frequency = wave[2];
+    [
+        cos,
+        sin,
+        TAU * frequency,
+        wave[3],
+        TAU * wave[4] / frequency,
+        swells[0],
+        TAU * swells[1],
+        swells[2],
+        TAU * swells[3],
+        swells[4] / frequency,
+        TAU * swells[5],
+        wave[3] * swells[6],
+        TAU * swells[7],
+        wave[0],
+        wave[1],
+    ]
+}
 /// How many values a wave of `vibration2` has.
-pub(super) const WAVE: usize = 15;
+const WAVE: usize = 15;
 
 /// What a wave of `vibration2` adds, whose values begin at `at`.
 #[inline(always)]

@@ -135,11 +135,11 @@ fn names_of_any_script_become_ids_and_equal_ones_get_numbers() {
         fs::write(folders.inbox().join("best.flame"), format!("<flames>{}</flames>", flames.concat())).unwrap();
     };
     write(&flames);
-    let (answer, told) = folders.answer_and_notes(0, &["best.flame"]);
+    let (answer, notes) = folders.answer_and_notes(0, &["best.flame"]);
     let long = "n".repeat(64);
     let wanted = ["Moskva", "Bei-Jing", "best.3", "best.4", "ewe", "ewe.2", "ewe.3", "best.8", &long];
     assert_eq!(sheep(&answer), added(&wanted));
-    assert!(!told.contains("--force"), "{told}");
+    assert!(!notes.contains("--force"), "{notes}");
     let manifest = folders.manifest();
 
     // Again, and in another order: each finds its own.
@@ -201,9 +201,9 @@ fn key_frames_are_one_animation_and_the_artist_decides() {
     assert_eq!((sheep(&all), &all["key_frames"]), (added(&["wave.1", "wave.2", "wave.3"]), &json!(1)));
     drawn(&folders, &folders.inbox().join("wave.flam3"), &["--time", "0.5"]);
     let said = output(&mut folders.import(&["wave.flam3", "--key-frames", "all"]));
-    let told = String::from_utf8_lossy(&said.stderr).into_owned();
+    let notes = String::from_utf8_lossy(&said.stderr).into_owned();
     let note = "note: 1 file with the key frames of one animation: the motion from one to the next is not imported";
-    assert!(told.contains(note), "{told}");
+    assert!(notes.contains(note), "{notes}");
 }
 
 #[test]
@@ -221,16 +221,16 @@ fn hidden_files_and_folders_are_passed_over_and_counted_and_never_win() {
     film("works", 5);
     fs::write(folders.inbox().join("works/._ram.flame"), b"\0\x05\x16\x07 of macOS").unwrap();
     symlink("@eaDir", folders.inbox().join("thumbs")).unwrap();
-    let (answer, told) = folders.answer_and_notes(0, &["."]);
+    let (answer, notes) = folders.answer_and_notes(0, &["."]);
     assert_eq!((&answer["clips"].as_array().unwrap().len(), &answer["clips"][0]["frames"]), (&1, &json!(5)));
     assert!(answer["clips"][0]["source"].as_str().unwrap().ends_with("works/a=a.avi"), "{answer}");
     assert_eq!((sheep(&answer), &answer["hidden"]), (added(&["ram"]), &json!(9)));
-    assert!(!told.contains("left out"), "{told}");
+    assert!(!notes.contains("left out"), "{notes}");
     let said = output(&mut folders.import(&["."]));
-    let told = String::from_utf8_lossy(&said.stderr).into_owned();
+    let notes = String::from_utf8_lossy(&said.stderr).into_owned();
     assert!(
-        told.contains("note: 9 items passed over: hidden, deleted or of a system; name one to import it"),
-        "{told}"
+        notes.contains("note: 9 items passed over: hidden, deleted or of a system; name one to import it"),
+        "{notes}"
     );
     let given = folders.answer(0, &[".Trashes"]);
     assert_eq!((sheep(&given), &given["hidden"]), (added(&["ram.2"]), &json!(0)));
@@ -254,11 +254,11 @@ fn flames_as_other_programs_write_them_come_in_with_notes() {
     let numbered = named("twice", 0.3)
         .replace("linear=\"1\" coefs", "linear=\"1\" linear#1#=\"0\" linear#1#_fx_priority=\"0\" coefs");
     write("twice.flame", &numbered);
-    let (answer, told) = folders.answer_and_notes(1, &["."]);
+    let (answer, notes) = folders.answer_and_notes(1, &["."]);
     assert_eq!(sheep(&answer), added(&["part", "odd", "twice"]), "{answer}");
-    let notes = ["its center is `nan nan`, read as `0 0`", "its palette has 512 colours, drawn as 256"];
-    assert_eq!(answer["genomes"][1]["notes"], json!(notes));
-    assert!(told.is_empty() || !told.contains("error"), "{told}");
+    let of_genome = ["its center is `nan nan`, read as `0 0`", "its palette has 512 colours, drawn as 256"];
+    assert_eq!(answer["genomes"][1]["notes"], json!(of_genome));
+    assert!(notes.is_empty() || !notes.contains("error"), "{notes}");
     let reasons = reasons(&answer);
     assert_eq!(reasons.len(), 3, "{reasons:?}");
     let chaotica = "is a file of Chaotica, a format that is not read (expected flam3 XML); import the `.flame` file of the \

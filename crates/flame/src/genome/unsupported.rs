@@ -1,7 +1,7 @@
 //! What a genome asks for that is not drawn.
 //!
 //! Owns the list of all reasons for which a genome is refused, and of what is drawn without. `attributes.rs` has the
-//! tables, `names.rs` tells parameters from variations, and `mark.rs` leaves both out. Never draws.
+//! tables, `names.rs` distinguishes parameters from variations, and `mark.rs` leaves both out. Never draws.
 //!
 //! Start at [`Genome::unsupported`].
 
@@ -11,7 +11,7 @@ use super::attributes::{Meaning, of_flame, of_xform};
 use super::names::Names;
 use super::parse::shown;
 use super::{Element, Genome, MARK, Wave, Xform};
-use variations::{Spelling, Undrawn, Variation};
+use variations::{Undrawn, Variation};
 
 /// Where attributes of `<flame>` stand.
 const FLAME: &str = "the flame";
@@ -246,16 +246,8 @@ impl Reason {
     }
 
     /// What would be drawn instead of a priority.
-    fn expected(&self) -> String {
-        let slot = Spelling::of(&self.name).filter(|_| self.why == Why::Order).map(|spelling| spelling.slot);
-        let is_drawn =
-            |value: &i8| slot.is_some_and(|it| Spelling::stages_of_priority(it, f64::from(*value)).is_some());
-        let drawn: Vec<String> = (-3..=3).filter(is_drawn).map(|value| value.to_string()).collect();
-        match drawn.split_last() {
-            Some((last, [])) => format!("; expected {last}"),
-            Some((last, others)) => format!("; expected {} or {last}", others.join(", ")),
-            None => String::new(),
-        }
+    fn expected(&self) -> &'static str {
+        if self.why == Why::Order { "; expected a whole number" } else { "" }
     }
 }
 

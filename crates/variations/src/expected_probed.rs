@@ -20,7 +20,7 @@ const SWELLING: [f64; 26] = [
 ];
 
 /// Parameters with which these formulas are tried.
-pub(super) const LATEST: [(Kind, &[&[f64]]); 6] = [
+pub(super) const PROBED: [(Kind, &[&[f64]]); 6] = [
     (DcLinear, &[&[0.1, 0.3, 0.8]]),
     (
         Truchet,
@@ -340,7 +340,7 @@ fn of_height(kind: Kind, point: [f64; 3]) -> Option<[f64; 3]> {
 
 #[test]
 fn every_formula_is_compared_with_another_one() {
-    let tried: Vec<Kind> = CASES.iter().chain(&RANDOM).chain(&LATEST).map(|(kind, _)| *kind).collect();
+    let tried: Vec<Kind> = CASES.iter().chain(&RANDOM).chain(&PROBED).map(|(kind, _)| *kind).collect();
     for kind in Kind::ALL.into_iter().filter(|kind| !Kind::FLAM3.contains(kind)) {
         let is_of_height = of_height(kind, [0.0; 3]).is_some() || matches!(kind, Flatten | Zblur);
         assert!(is_of_height != tried.contains(&kind), "{kind:?}");
@@ -360,7 +360,7 @@ fn every_formula_is_compared_with_another_one() {
 
 #[test]
 fn a_weight_of_0_gives_nothing() {
-    let sets = CASES.iter().chain(&RANDOM).chain(&LATEST).flat_map(|(kind, sets)| sets.iter().map(|q| (*kind, *q)));
+    let sets = CASES.iter().chain(&RANDOM).chain(&PROBED).flat_map(|(kind, sets)| sets.iter().map(|q| (*kind, *q)));
     let by_weight = |(kind, _): &(Kind, &[f64])| !Variation::new(*kind, 1.0).slot().comes_by_presence();
     let gives = |(kind, q): &(Kind, &[f64])| {
         let compiled = compiled(*kind, 0.0, q);
