@@ -59,7 +59,7 @@ use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, PI};
 pub use affine::Affine;
 pub use formulas::{Coloured, Compiled, Depth, Formula, TINY, Visitor};
 pub use limits::{Limit, Undrawn};
-pub use spelling::{Part, Spelling};
+pub use spelling::{PRIORITY, Part, Spelling};
 pub use stage::{Slot, Stage};
 
 /// How many parameters a variation has at most.

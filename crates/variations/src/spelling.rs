@@ -35,7 +35,8 @@ pub enum Part {
     Carry,
 }
 
-const PRIORITY: &str = "_fx_priority";
+/// What JWildfire writes after the name of a variation to say when it is applied.
+pub const PRIORITY: &str = "_fx_priority";
 const PRESENCE: &str = ".presence";
 const CARRY: &str = ".z";
 

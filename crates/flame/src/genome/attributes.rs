@@ -8,12 +8,11 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
-use super::names::PRIORITY;
 use super::origin::is_of_origin;
 use super::parse::list;
 use super::unsupported::Why;
 use super::{Camera, Xform};
-use variations::Spelling;
+use variations::{PRIORITY, Spelling};
 
 /// When an attribute changes nothing.
 enum Neutral {

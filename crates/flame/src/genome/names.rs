@@ -9,10 +9,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Xform;
-use variations::{Part, Slot, Spelling, Variation};
-
-/// What JWildfire writes after a variation's name to say when it is applied.
-pub(super) const PRIORITY: &str = "_fx_priority";
+use variations::{PRIORITY, Part, Slot, Spelling, Variation};
 
 /// Most bytes of a variation's name, with its stage and its number.
 const LONGEST: usize = 64;

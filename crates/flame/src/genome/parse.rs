@@ -97,7 +97,7 @@ pub(super) fn notes(node: Node) -> Vec<String> {
     let center = node.attribute("center").unwrap_or_default();
     let read = all_finite(center);
     let moved = (read != center).then(|| format!("its center is `{}`, read as `{}`", shown(center), shown(&read)));
-    // Of a flame that cannot be read nothing is told.
+    // Of a flame that cannot be read nothing is noted.
     let parts = layers::parts(node).unwrap_or_default();
     moved.into_iter().chain(layers::children(&parts).find_map(super::palette_xml::note)).collect()
 }

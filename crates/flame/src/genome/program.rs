@@ -61,7 +61,9 @@ impl Genome {
         }
         attribute(&self.extra, "version").and_then(Program::of_version).or_else(|| {
             // JWildfire writes `new_linear`, too.
-            if has(|name| name == "smooth_gradient") || of_xforms().any(|(name, _)| name.ends_with("_fx_priority")) {
+            if has(|name| name == "smooth_gradient")
+                || of_xforms().any(|(name, _)| name.ends_with(variations::PRIORITY))
+            {
                 return Some(Program::JWildfire);
             }
             has(|name| name == "new_linear" || name == "plugins").then_some(Program::Apophysis)
