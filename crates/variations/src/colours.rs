@@ -111,6 +111,7 @@ impl Variation {
     pub fn changes_colour(&self) -> bool {
         let shifts = match self.kind {
             Kind::DcLinear => &[1.0],
+            Kind::FractJuliaWf => &self.params[9..10],
             Kind::PointSymmetryWf => &self.params[3..4],
             Kind::AxisSymmetryWf => &self.params[5..11],
             Kind::Falloff2 => &self.params[5..6],

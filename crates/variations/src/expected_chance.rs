@@ -15,7 +15,7 @@ use crate::{Compiled, Formula, Visitor};
 use species::Rng;
 
 /// Parameters with which those that are not in [`CASES`] are tried.
-pub(super) const RANDOM: [(Kind, &[&[f64]]); 23] = [
+pub(super) const RANDOM: [(Kind, &[&[f64]]); 24] = [
     (Blur3D, &[&[]]),
     (
         Falloff2,
@@ -52,6 +52,7 @@ pub(super) const RANDOM: [(Kind, &[&[f64]]); 23] = [
             &[1.0, 1.0, 2.0, 0.3, 0.0, 0.6, 0.9, 0.7, 0.75, 0.2, -0.1, 0.3, 0.4],
         ],
     ),
+    (FractJuliaWf, &[&[100.0, -1.0, 1.0, -1.2, 1.2, 0.0, 2.0, 0.35, 0.09, 1.0, 1.0, 4.0, -5.0, 3.0, 7.0, 3.8]]),
 ];
 
 /// Images of `point`, as many as `count`.

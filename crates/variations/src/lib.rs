@@ -26,6 +26,7 @@ mod colours;
 mod complex;
 #[cfg(test)]
 mod documented;
+mod escape;
 #[cfg(test)]
 mod expected;
 #[cfg(test)]
@@ -413,6 +414,11 @@ kinds! {
         dir 0.0, angle FRAC_PI_2, freq 1.0, amp 0.25, phase 0.0, dir2 FRAC_PI_2, angle2 FRAC_PI_2, freq2 1.0, amp2 0.25, phase2 0.0,
         dm 0.0, dmfreq 0.1, tm 0.0, tmfreq 0.1, fm 0.0, fmfreq 0.1, am 0.0, amfreq 0.1,
         d2m 0.0, d2mfreq 0.1, t2m 0.0, t2mfreq 0.1, f2m 0.0, f2mfreq 0.1, a2m 0.0, a2mfreq 0.1
+    ];
+    escape::FractJuliaWf "fract_julia_wf" [
+        max_iter 100.0, xmin -1.0, xmax 1.0, ymin -1.2, ymax 1.2, buddhabrot_mode 0.0, power 2.0, xseed 0.35, yseed 0.09,
+        direct_color 1.0, scalez 1.0, clip_iter_min 4.0, clip_iter_max -5.0, max_clip_iter 3.0, buddhabrot_min_iter 7.0,
+        scale 3.8, offsetx 0.0, offsety 0.0, offsetz 0.0, z_fill 0.0, z_logscale 0.0, color_only 0.0
     ];
 }
 

@@ -18,6 +18,8 @@ pub enum Limit {
     NotNegative,
     /// Those at least as far from 0 as this.
     Beyond(f64),
+    /// From the one to the other.
+    Between(f64, f64),
 }
 
 /// A parameter with a value that is not drawn.
@@ -39,6 +41,7 @@ impl Limit {
             Limit::Whole => value != 0.0 && value.fract() == 0.0,
             Limit::NotNegative => value >= 0.0,
             Limit::Beyond(least) => value.abs() >= least,
+            Limit::Between(least, most) => (least..=most).contains(&value),
         }
     }
 }
@@ -55,6 +58,7 @@ impl std::fmt::Display for Limit {
             Limit::Whole => f.write_str("a whole number, not 0"),
             Limit::NotNegative => f.write_str("0 or more"),
             Limit::Beyond(least) => write!(f, "{least} or more, or -{least} or less"),
+            Limit::Between(least, most) => write!(f, "{least} to {most}"),
         }
     }
 }
@@ -81,6 +85,14 @@ impl Kind {
                 ("power", Limit::Beyond(2.0)),
                 ("cropmode", Limit::Only(&[-1.0, 0.0, 1.0])),
                 ("static", Limit::Only(&[2.0])),
+            ],
+            Kind::FractJuliaWf => &[
+                ("max_iter", Limit::Between(2.0, 1000.0)),
+                ("max_clip_iter", Limit::Between(1.0, 20.0)),
+                ("buddhabrot_mode", Limit::Only(&[0.0])),
+                ("power", Limit::Only(&[2.0])),
+                ("z_fill", Limit::Only(&[0.0])),
+                ("color_only", Limit::Only(&[0.0])),
             ],
             Kind::Target | Kind::TargetSp => &[("size", Limit::Beyond(1e-4))],
             Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
@@ -115,6 +127,7 @@ impl Kind {
             | Kind::CloverleafWf
             | Kind::EllipticMirrored
             | Kind::EpispiralWf
+            | Kind::FractJuliaWf
             | Kind::Juliac
             | Kind::PointSymmetryWf
             | Kind::Spherical3D
@@ -204,5 +217,8 @@ mod tests {
         assert!(!Limit::Whole.holds(2.5) && !Limit::Whole.holds(0.0) && Limit::Whole.holds(-3.0));
         assert!(!Limit::NotNegative.holds(-0.1) && Limit::NotNegative.holds(0.0));
         assert!(!Limit::Beyond(1e-4).holds(-5e-5) && Limit::Beyond(1e-4).holds(-1.5));
+        let few = Limit::Between(1.0, 20.0);
+        assert!(few.holds(1.0) && few.holds(20.0) && !few.holds(0.9) && !few.holds(21.0) && !few.holds(f64::NAN));
+        assert_eq!(few.to_string(), "1 to 20");
     }
 }

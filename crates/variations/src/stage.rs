@@ -46,12 +46,13 @@ impl Stage {
 }
 
 /// Variations that a weight of 0 does not take out: it is the angle of some, and others have a part or a colour without it.
-const WEIGHTLESS: [Kind; 16] = [
+const WEIGHTLESS: [Kind; 17] = [
     Kind::AxisSymmetryWf,
     Kind::Circlize,
     Kind::DcLinear,
     Kind::Falloff2,
     Kind::Falloff3,
+    Kind::FractJuliaWf,
     Kind::Gaussian,
     Kind::Kaleidoscope,
     Kind::PointSymmetryWf,

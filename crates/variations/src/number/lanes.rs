@@ -81,7 +81,12 @@ impl<S: Simd> Not for LaneMask<S> {
     }
 }
 
-impl<S: Simd> Mask for LaneMask<S> {}
+impl<S: Simd> Mask for LaneMask<S> {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.any_true()
+    }
+}
 
 impl<S: Simd> Lanes<S> {
     #[inline(always)]

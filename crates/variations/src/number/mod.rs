@@ -111,7 +111,10 @@ pub trait Number:
 }
 
 /// The outcome of a comparison, for one number or for several.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Whether it holds for at least one of them.
+    fn any(self) -> bool;
+}
 
 /// Where formulas get random numbers from.
 pub trait Random<N: Number> {

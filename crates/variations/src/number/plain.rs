@@ -6,7 +6,12 @@
 use super::{Mask, Number, Random};
 use species::Rng;
 
-impl Mask for bool {}
+impl Mask for bool {
+    #[inline]
+    fn any(self) -> bool {
+        self
+    }
+}
 
 impl Number for f64 {
     type Mask = bool;

@@ -203,7 +203,12 @@ impl<'t> Not for Truth<'t> {
     }
 }
 
-impl Mask for Truth<'_> {}
+impl Mask for Truth<'_> {
+    /// What is recorded knows no point: `program.rs` refuses formulas that would go on for long.
+    fn any(self) -> bool {
+        true
+    }
+}
 
 // The functions that are not WGSL's own are those of `orbits.wgsl`: WGSL promises little about the precision of its own.
 impl<'t> Number for Term<'t> {
