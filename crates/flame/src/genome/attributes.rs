@@ -8,6 +8,7 @@
 //! # Source
 //! Pictures of the programs that write them, with and without each attribute.
 
+use super::motion_curve::AT_FRAME;
 use super::origin::is_of_origin;
 use super::parse::list;
 use super::unsupported::Why;
@@ -93,6 +94,7 @@ const NEUTRAL_OF_FLAME: &[&str] = &[
 
 /// Attributes of a transform, as [`FLAME`].
 const XFORM: &[(&str, Neutral, Why)] = &[
+    (AT_FRAME, Word(&[]), Why::Frame),
     ("color_type", Word(&["DIFFUSION"]), Why::Colour),
     // What it says in older files is of no use to its program.
     ("heart_wf_scale_t", At(1.0), Why::Value),

@@ -19,6 +19,7 @@ mod limits;
 mod lineage;
 mod mark;
 mod mend;
+mod motion_curve;
 mod names;
 mod origin;
 pub(crate) mod palette;

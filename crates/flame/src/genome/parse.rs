@@ -195,7 +195,11 @@ fn xform(node: Node, carrier: Carrier, genome: &Genome) -> Result<Xform, GenomeE
     }
     // Before any variation moves to another stage: the attribute has its name of the file.
     super::carry::settle(&mut xform, carrier);
-    super::jwildfire::settle(&mut xform, genome.program() == Some(Program::JWildfire), node);
+    let is_own = genome.program() == Some(Program::JWildfire);
+    super::jwildfire::settle(&mut xform, is_own, node);
+    if is_own {
+        super::motion_curve::settle(&mut xform, super::origin::attribute(&genome.extra, "frame"));
+    }
     for child in node.children().filter(Node::is_element) {
         match child.tag_name().name() {
             "motion" => xform.motions.push(Wave::read(child)?),

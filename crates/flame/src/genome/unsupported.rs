@@ -65,6 +65,8 @@ pub enum Why {
     Effect,
     /// An element, which is unknown.
     Element,
+    /// Motion along curves, of which one moment is drawn.
+    Frame,
     /// An unknown variation that the artist has left out, or an unknown parameter with whose variation that was done.
     LeftOut,
     /// A variation at another place among those of its transform.
@@ -95,6 +97,7 @@ impl Why {
             Why::Curve => "curve",
             Why::Effect => "effect",
             Why::Element => "element",
+            Why::Frame => "frame",
             Why::LeftOut => "left-out",
             Why::Order => "order",
             Why::Parameter => "parameter",
@@ -116,6 +119,7 @@ impl Why {
             Why::Curve => "the curve over time",
             Why::Effect => "the effect",
             Why::Element => "the element",
+            Why::Frame => "the motion before and after",
             Why::LeftOut | Why::Variation => "the variation",
             Why::Order => "the priority",
             Why::Parameter => "the parameter",
@@ -276,9 +280,10 @@ impl Unsupported {
         Unsupported { refused: Reasons(refused), without }
     }
 
-    /// Adds what is not drawn: what the artist has left out is no reason to refuse a genome.
+    /// Adds what is not drawn: what the artist has left out is no reason to refuse a genome, nor is a motion of which one
+    /// moment is drawn.
     fn add(&mut self, place: &str, name: &str, value: &str, why: Why) {
-        let reasons = if why == Why::LeftOut { &mut self.without } else { &mut self.refused };
+        let reasons = if matches!(why, Why::Frame | Why::LeftOut) { &mut self.without } else { &mut self.refused };
         reasons.0.push(Reason::new(place, name, value, why));
     }
 
