@@ -61,12 +61,15 @@ impl Arithmetic {
         if self == Arithmetic::Reference { Box::new(Reference) } else { self.pool() }
     }
 
-    // Not by `dispatch!`, which compiles all formulas for instruction sets between these, too.
+    // Not by `dispatch!`, which compiles all formulas for instruction sets between these, too. Tests of units do with one:
+    // `tests/it` compares the bits of all.
     #[cfg(target_arch = "x86_64")]
     fn pool(self) -> Box<dyn Game> {
         let level = Level::new();
         match (self, level.as_avx512(), level.as_avx2()) {
+            #[cfg(not(test))]
             (Arithmetic::Fastest, Some(avx512), _) => Box::new(Pool::new(avx512)),
+            #[cfg(not(test))]
             (Arithmetic::Fastest | Arithmetic::Avx2, _, Some(avx2)) => Box::new(Pool::new(avx2)),
             _ => Box::new(Pool::new(Level::baseline().as_sse2().expect("every x86-64 processor has SSE2"))),
         }
