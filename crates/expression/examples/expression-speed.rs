@@ -21,7 +21,7 @@ const TICKS_PER_SECOND: f64 = 100.0;
 /// Each figure is the least of so many, on a machine that does other things as well.
 const ROUNDS: u32 = 5;
 /// At least so many samples a CPU-second, at most so many CPU-seconds a frame.
-const LEAST_SAMPLES: f64 = 10e6;
+const LEAST_SAMPLES: f64 = 100e6;
 const MOST_SECONDS: f64 = 2.0;
 /// Candidates of a brood, small pictures of each, at most so many CPU-seconds for all, and CPU-milliseconds to compile one's.
 const CANDIDATES: u64 = 20;

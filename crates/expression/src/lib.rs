@@ -19,6 +19,7 @@
 //! # Source
 //! Karl Sims, *Artificial Evolution for Computer Graphics*, SIGGRAPH 1991.
 #![forbid(unsafe_code)]
+#![allow(clippy::inline_always, reason = "a call that is not inlined would use other instructions than its caller")]
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `not at all` and `whole` exactly, and loops are equal to the bit")]
 
 mod breed;

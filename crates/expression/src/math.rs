@@ -25,34 +25,34 @@ const PI_PARTS: [f32; 3] = [3.140_625, 9.675_026e-4, 1.509_958e-7];
 const LN_2_PARTS: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
 
 /// What a result counts as: 0 if it is not finite, never beyond 1e6, and no negative zero.
-#[inline]
+#[inline(always)]
 pub(crate) fn settled(value: f32) -> f32 {
     let finite = if value.abs() < f32::INFINITY { value } else { 0.0 };
     capped(finite)
 }
 
 /// As [`settled`], of a value that is finite.
-#[inline]
+#[inline(always)]
 pub(crate) fn capped(value: f32) -> f32 {
     value.clamp(-LARGEST, LARGEST) + 0.0
 }
 
 /// The next whole number below.
-#[inline]
+#[inline(always)]
 pub(crate) fn floor(value: f32) -> f32 {
     let near = nearest(value);
     if near > value { near - 1.0 } else { near }
 }
 
 /// The nearest whole number; halves go to the even one.
-#[inline]
+#[inline(always)]
 pub(crate) fn nearest(value: f32) -> f32 {
     let near = (value.abs() + ALL_WHOLE - ALL_WHOLE).copysign(value);
     if value.abs() < ALL_WHOLE { near } else { value }
 }
 
 /// The next whole number below, modulo 2^32 and with a constant added, and what is above it. Magnitudes up to 2^21.
-#[inline]
+#[inline(always)]
 pub(crate) fn split(value: f32) -> (u32, f32) {
     let shifted = value + TO_WHOLE;
     let near = shifted - TO_WHOLE;
@@ -62,21 +62,21 @@ pub(crate) fn split(value: f32) -> (u32, f32) {
 }
 
 /// The sine of an angle in radians, to 2e-6 up to 2^13.
-#[inline]
+#[inline(always)]
 pub(crate) fn sin(angle: f32) -> f32 {
     let shifted = angle * FRAC_1_PI + TO_WHOLE;
     folded_sine(angle, shifted - TO_WHOLE, shifted.to_bits())
 }
 
 /// The cosine of an angle in radians, to 2e-6 up to 2^13.
-#[inline]
+#[inline(always)]
 pub(crate) fn cos(angle: f32) -> f32 {
     let shifted = (angle * FRAC_1_PI - 0.5) + TO_WHOLE;
     folded_sine(angle, (shifted - TO_WHOLE) + 0.5, shifted.to_bits().wrapping_add(1))
 }
 
 /// The sine of what is left of an angle after `halves` half turns, its sign changed where `parity` is odd.
-#[inline]
+#[inline(always)]
 fn folded_sine(angle: f32, halves: f32, parity: u32) -> f32 {
     let r = ((angle - halves * PI_PARTS[0]) - halves * PI_PARTS[1]) - halves * PI_PARTS[2];
     let z = r * r;
@@ -86,12 +86,13 @@ fn folded_sine(angle: f32, halves: f32, parity: u32) -> f32 {
 }
 
 /// The sine of so many turns, `0.0..1.0`.
+#[inline(always)]
 pub(crate) fn sin_of_turns(turns: f64) -> f32 {
     sin(turns as f32 * TAU)
 }
 
 /// e to the power of a number, to 2e-6 of the result; 0 or the largest f32 where it is out of range.
-#[inline]
+#[inline(always)]
 pub(crate) fn exp(power: f32) -> f32 {
     let power = power.clamp(-87.0, 88.0);
     let shifted = power * LOG2_E + TO_WHOLE;
@@ -103,7 +104,7 @@ pub(crate) fn exp(power: f32) -> f32 {
 }
 
 /// The natural logarithm of a number above 0, to 2e-6 of the result or of 1; minus infinity below 1.2e-38.
-#[inline]
+#[inline(always)]
 pub(crate) fn ln(number: f32) -> f32 {
     // The bits of the square root of 1/2: what is left has a mantissa from there to the square root of 2.
     let exponent = (number.to_bits().wrapping_sub(0x3f35_04f3) as i32) >> 23;
@@ -117,7 +118,7 @@ pub(crate) fn ln(number: f32) -> f32 {
 }
 
 /// The angle of a point in radians, from minus pi to pi, to 2e-6; 0 in the origin.
-#[inline]
+#[inline(always)]
 pub(crate) fn atan2(y: f32, x: f32) -> f32 {
     let (across, up) = (x.abs(), y.abs());
     let is_steep = up > across;
@@ -133,7 +134,7 @@ pub(crate) fn atan2(y: f32, x: f32) -> f32 {
 }
 
 /// From 0 to 1 as `t` does, with speed and acceleration 0 at both ends.
-#[inline]
+#[inline(always)]
 pub(crate) fn fade(t: f32) -> f32 {
     t * t * t * (10.0 + t * (-15.0 + t * 6.0))
 }

@@ -99,6 +99,7 @@ impl Tape {
     }
 
     /// Calculates red, green and blue of the first `count` positions in the registers, at most a batch.
+    #[inline(always)]
     pub(crate) fn run<'r>(&self, registers: &'r mut Registers, count: usize) -> [&'r [f32]; 3] {
         for Instruction { kernel, from, to } in &self.instructions {
             let mut out = std::mem::take(&mut registers.0[*to]);

@@ -5,8 +5,10 @@
 //!
 //! Start at [`Tile::draw`].
 
+use std::ops::Range;
+
 use crate::genome::View;
-use crate::kernels::BATCH;
+use crate::kernels::{BATCH, vectorized};
 use crate::sampling::{ALL, FIRST, MIDDLE, Sample, samples};
 use crate::tape::{Registers, Tape};
 
@@ -54,12 +56,19 @@ pub(crate) struct Tile {
     pub(crate) height: usize,
 }
 
-/// What a pixel's samples are so far.
-#[derive(Clone, Copy)]
-struct Seen {
-    sum: [f32; 3],
-    low: [f32; 3],
-    high: [f32; 3],
+/// Pixels of a tile, and what their samples are so far: an array for each number, so that loops become vector instructions.
+struct Pixels {
+    /// Their middles, in pixels from the left upper corner of the picture.
+    right: Vec<f32>,
+    down: Vec<f32>,
+    channels: [Channel; 3],
+}
+
+/// The samples of one channel.
+struct Channel {
+    sum: Vec<f32>,
+    low: Vec<f32>,
+    high: Vec<f32>,
 }
 
 impl Samples {
@@ -91,98 +100,117 @@ impl Frame {
         let tile = |(left, top)| Tile { left, top, width: SIDE.min(width - left), height: SIDE.min(height - top) };
         tiles.map(tile).collect()
     }
-
-    /// The position of a place in the picture, in pixels from its left upper corner, in a view.
-    fn position(&self, view: View, right: f32, down: f32) -> [f32; 2] {
-        let View { scale, center: [x, y] } = view;
-        let pixel = 2.0 * scale / self.height as f32;
-        // No zero is negative.
-        [x + (right - self.width as f32 / 2.0) * pixel + 0.0, y + (self.height as f32 / 2.0 - down) * pixel + 0.0]
-    }
 }
 
 impl Tile {
     /// Pixels along a side.
     pub(crate) const SIDE: u64 = SIDE as u64;
 
-    /// Bytes that are in use while one is drawn, beside registers.
+    /// Bytes that are in use while one is drawn, beside registers: its pixels twice, which of them are rough, how many samples
+    /// each has, and the colours that come out.
     pub(crate) const BYTES: u64 =
-        (PIXELS * (size_of::<Seen>() + 4 * size_of::<usize>() + size_of::<[f32; 3]>())) as u64;
+        (PIXELS * (2 * Pixels::NUMBERS * size_of::<f32>() + 4 * size_of::<usize>() + size_of::<[f32; 3]>())) as u64;
 
     /// Bytes that are kept of one until the picture is put together, beside pixels: itself, and its place in lists.
     pub(crate) const KEPT: u64 = 6 * size_of::<Tile>() as u64;
 
     /// Its pixels, row by row; there is a set of registers for each moment: four, or one.
     pub(crate) fn draw(&self, frame: &Frame, moments: &[Moment], registers: &mut [Registers]) -> (Vec<[f32; 3]>, u64) {
-        let nothing = Seen { sum: [0.0; 3], low: [f32::MAX; 3], high: [f32::MIN; 3] };
-        let mut seen = vec![nothing; self.width * self.height];
-        let all: Vec<usize> = (0..self.width * self.height).collect();
-        let mut draw = |pixels: &[usize], sample: Sample, seen: &mut [Seen]| {
+        let mut draw = |pixels: &mut Pixels, sample: &Sample| {
             // Without motion blur there is one moment.
             let moment = sample.moment % moments.len();
             let (moment, registers) = (&moments[moment], &mut registers[moment]);
-            for batch in pixels.chunks(BATCH) {
-                self.batch(frame, (moment, registers), batch, sample, seen);
-            }
+            vectorized(
+                #[inline(always)]
+                || pixels.add(frame, moment, registers, sample),
+            );
         };
+        let mut all = self.pixels(0..self.width * self.height);
+        let mut count = vec![1; all.right.len()];
         if frame.samples == Samples::One {
-            draw(&all, MIDDLE, &mut seen);
-            return (all.iter().map(|pixel| seen[*pixel].sum).collect(), all.len() as u64);
-        }
-        let samples = samples();
-        for sample in &samples[..FIRST] {
-            draw(&all, *sample, &mut seen);
-        }
-        let mut count = vec![FIRST; all.len()];
-        if frame.samples == Samples::Adaptive {
-            let rough: Vec<usize> = all.iter().copied().filter(|pixel| seen[*pixel].is_rough()).collect();
-            for sample in &samples[FIRST..] {
-                draw(&rough, *sample, &mut seen);
+            draw(&mut all, &MIDDLE);
+        } else {
+            let samples = samples();
+            samples[..FIRST].iter().for_each(|sample| draw(&mut all, sample));
+            count.fill(FIRST);
+            if frame.samples == Samples::Adaptive {
+                let rough: Vec<usize> = (0..count.len()).filter(|pixel| all.is_rough(*pixel)).collect();
+                let mut more = self.pixels(rough.iter().copied());
+                for (more, all) in more.channels.iter_mut().zip(&all.channels) {
+                    more.sum.iter_mut().zip(&rough).for_each(|(sum, pixel)| *sum = all.sum[*pixel]);
+                }
+                samples[FIRST..].iter().for_each(|sample| draw(&mut more, sample));
+                for (more, all) in more.channels.iter().zip(&mut all.channels) {
+                    more.sum.iter().zip(&rough).for_each(|(sum, pixel)| all.sum[*pixel] = *sum);
+                }
+                for pixel in rough {
+                    count[pixel] = ALL;
+                }
             }
-            for pixel in rough {
-                count[pixel] = ALL;
-            }
         }
-        let pixels = all.iter().map(|pixel| seen[*pixel].sum.map(|sum| sum / count[*pixel] as f32)).collect();
-        (pixels, count.iter().sum::<usize>() as u64)
+        let colour = |(pixel, count): (usize, &usize)| all.channels.each_ref().map(|it| it.sum[pixel] / *count as f32);
+        (count.iter().enumerate().map(colour).collect(), count.iter().sum::<usize>() as u64)
     }
 
-    fn batch(
-        &self,
-        frame: &Frame,
-        (Moment { tape, view }, registers): (&Moment, &mut Registers),
-        pixels: &[usize],
-        sample: Sample,
-        seen: &mut [Seen],
-    ) {
-        let [x, y] = registers.positions();
-        for ((x, y), pixel) in x.iter_mut().zip(y).zip(pixels) {
-            let right = (self.left + pixel % self.width) as f32 + 0.5 + sample.offset[0];
-            let down = (self.top + pixel / self.width) as f32 + 0.5 + sample.offset[1];
-            [*x, *y] = frame.position(*view, right, down);
-        }
-        let colours = tape.run(registers, pixels.len());
-        for (at, pixel) in pixels.iter().enumerate() {
-            seen[*pixel].add(colours.map(|colour| light(colour[at])));
-        }
+    /// Those of its pixels, without samples.
+    fn pixels(&self, numbers: impl Iterator<Item = usize> + Clone) -> Pixels {
+        let right: Vec<f32> = numbers.clone().map(|pixel| (self.left + pixel % self.width) as f32 + 0.5).collect();
+        let down = numbers.map(|pixel| (self.top + pixel / self.width) as f32 + 0.5).collect();
+        let of = |value: f32| vec![value; right.len()];
+        let channels = [(); 3].map(|()| Channel { sum: of(0.0), low: of(f32::MAX), high: of(f32::MIN) });
+        Pixels { right, down, channels }
     }
 }
 
-impl Seen {
-    fn add(&mut self, light: [f32; 3]) {
-        for (channel, light) in light.into_iter().enumerate() {
-            self.sum[channel] += light;
-            self.low[channel] = self.low[channel].min(light);
-            self.high[channel] = self.high[channel].max(light);
+impl Pixels {
+    /// Numbers of a pixel.
+    const NUMBERS: usize = 2 + 3 * 3;
+
+    /// Adds a sample of each.
+    #[inline(always)]
+    fn add(&mut self, frame: &Frame, Moment { tape, view }: &Moment, registers: &mut Registers, sample: &Sample) {
+        let View { scale, center } = *view;
+        let pixel = 2.0 * scale / frame.height as f32;
+        let middle = [frame.width, frame.height].map(|side| side as f32 / 2.0);
+        for from in (0..self.right.len()).step_by(BATCH) {
+            let batch = from..self.right.len().min(from + BATCH);
+            let [x, y] = registers.positions();
+            // No zero is negative.
+            for (x, right) in x.iter_mut().zip(&self.right[batch.clone()]) {
+                *x = center[0] + (right + sample.offset[0] - middle[0]) * pixel + 0.0;
+            }
+            for (y, down) in y.iter_mut().zip(&self.down[batch.clone()]) {
+                *y = center[1] + (middle[1] - (down + sample.offset[1])) * pixel + 0.0;
+            }
+            let colours = tape.run(registers, batch.len());
+            for (channel, colours) in self.channels.iter_mut().zip(colours) {
+                channel.add(batch.clone(), colours);
+            }
         }
     }
 
-    fn is_rough(&self) -> bool {
-        self.low.iter().zip(self.high).any(|(low, high)| high - low > ROUGH)
+    fn is_rough(&self, pixel: usize) -> bool {
+        self.channels.iter().any(|Channel { low, high, .. }| high[pixel] - low[pixel] > ROUGH)
+    }
+}
+
+impl Channel {
+    /// Adds results of one sample of a range of pixels.
+    #[inline(always)]
+    fn add(&mut self, pixels: Range<usize>, results: &[f32]) {
+        let Channel { sum, low, high } = self;
+        let seen = sum[pixels.clone()].iter_mut().zip(&mut low[pixels.clone()]).zip(&mut high[pixels]);
+        for (((sum, low), high), result) in seen.zip(results) {
+            let light = light(*result);
+            *sum += light;
+            *low = if light < *low { light } else { *low };
+            *high = if light > *high { light } else { *high };
+        }
     }
 }
 
 /// Displayable light of a result: black below 0, white above 1, with a parabola across both.
+#[inline(always)]
 fn light(value: f32) -> f32 {
     let dark = (value + KNEE).clamp(0.0, 2.0 * KNEE);
     let bright = (1.0 + KNEE - value).clamp(0.0, 2.0 * KNEE);

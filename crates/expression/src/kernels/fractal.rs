@@ -20,6 +20,7 @@ const ESCAPE_STEPS: usize = 32;
 const ESCAPED: f32 = 64.0;
 
 /// Reads a few samples of an array, 0 after its end.
+#[inline(always)]
 fn few(array: &[f32], from: usize) -> [f32; LANES] {
     let mut few = [0.0; LANES];
     let end = array.len().min(from + LANES);
@@ -35,6 +36,7 @@ struct Inverse {
 }
 
 impl Inverse {
+    #[inline(always)]
     fn of([a, b, c, d, e, f]: [[f32; LANES]; 6]) -> Inverse {
         let mut inverse = Inverse { matrix: [[0.0; LANES]; 4], from: [e, f], shrinks: [0.0; LANES] };
         for lane in 0..LANES {
@@ -49,7 +51,7 @@ impl Inverse {
         inverse
     }
 
-    #[inline]
+    #[inline(always)]
     fn point(&self, lane: usize, x: f32, y: f32) -> [f32; 2] {
         let (x, y) = (x - self.from[0][lane], y - self.from[1][lane]);
         let [a, b, c, d] = [0, 1, 2, 3].map(|number| self.matrix[number][lane]);
@@ -62,6 +64,7 @@ impl Inverse {
 ///
 /// Each step goes back by the map that leads nearer to the origin; the distance is that of the last point, shrunk by all
 /// maps on the way.
+#[inline(always)]
 pub(super) fn ifs(arguments: &[&[f32]], out: &mut [f32]) {
     for from in (0..out.len()).step_by(LANES) {
         let of = |number: usize| few(arguments[number], from);
@@ -91,6 +94,7 @@ pub(super) fn ifs(arguments: &[&[f32]], out: &mut [f32]) {
 
 /// How long a point stays near the origin under z^2 + c, from 0 to 1 for those that stay 32 steps, without steps between;
 /// of u, v and both parts of c.
+#[inline(always)]
 pub(super) fn escape(arguments: [&[f32]; 4], out: &mut [f32]) {
     for from in (0..out.len()).step_by(LANES) {
         let [mut x, mut y, re, im] = arguments.map(|argument| few(argument, from));

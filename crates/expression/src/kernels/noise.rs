@@ -33,11 +33,13 @@ pub(crate) struct Slice {
 
 impl Slice {
     /// The slice after so many turns.
+    #[inline(always)]
     pub(crate) fn at(turns: f64) -> Slice {
         Slice { turns: turns - turns.floor() }
     }
 
     /// The layers before and after, and how far the second one is blended in.
+    #[inline(always)]
     fn layers(self) -> ([u32; 2], f32) {
         let time = PERIOD * self.turns;
         let before = time.floor();
@@ -61,37 +63,38 @@ impl Hash for Slice {
 }
 
 /// One step of mixing.
-#[inline]
+#[inline(always)]
 fn mixed(bits: u32) -> u32 {
     let bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
     bits ^ (bits >> 15)
 }
 
 /// A whole number from a seed, any of whose bits matters.
-#[inline]
+#[inline(always)]
 fn seeded(seed: f32, salt: u32) -> u32 {
     mixed(seed.to_bits() ^ salt)
 }
 
 /// A place on the lattice.
-#[inline]
+#[inline(always)]
 fn place(position: f32, size: f32) -> f32 {
     settled(position / size).clamp(-FAR, FAR)
 }
 
-#[inline]
+#[inline(always)]
 fn unit(bits: u32) -> f32 {
     bits as i32 as f32 * TO_UNIT
 }
 
 /// What a corner of the lattice contributes to a sample that is `x`, `y` away from it: a value and a slope.
-#[inline]
+#[inline(always)]
 fn corner(sum: u32, x: f32, y: f32) -> f32 {
     let bits = mixed(sum);
     VALUE * unit(bits) + (1.0 - VALUE) * (unit(bits << 11) * x + unit(bits << 21) * y)
 }
 
 /// Noise of one of three channels from -1 to 1 with mean 0; of u, v, size and seed.
+#[inline(always)]
 pub(super) fn noise(channel: u8, slice: Slice, [u, v, size, seed]: [&[f32]; 4], out: &mut [f32]) {
     let (layers, blend) = slice.layers();
     let layers = layers.map(|layer| mixed(layer.wrapping_add(0x51_7cc1).wrapping_mul(0x9e37_79b9)));
@@ -120,7 +123,7 @@ pub(super) fn noise(channel: u8, slice: Slice, [u, v, size, seed]: [&[f32]; 4], 
 }
 
 /// Spreads what lies mostly near 0 over -1 to 1, as smooth as it was.
-#[inline]
+#[inline(always)]
 fn spread(value: f32) -> f32 {
     let z = value * value;
     value * (1.875 + z * (-1.25 + z * 0.375)) + 0.0
@@ -128,6 +131,7 @@ fn spread(value: f32) -> f32 {
 
 /// The distance to the nearest of points, one in every cell, that turn once in a turn, in sizes, at most 1; of u, v, size
 /// and seed.
+#[inline(always)]
 pub(super) fn cell(slice: Slice, [u, v, size, seed]: [&[f32]; 4], out: &mut [f32]) {
     let (sine, cosine) = (sin_of_turns(slice.turns), cos(slice.turns as f32 * std::f32::consts::TAU));
     let (length, out) = (out.len(), out);
@@ -154,6 +158,7 @@ pub(super) fn cell(slice: Slice, [u, v, size, seed]: [&[f32]; 4], out: &mut [f32
 }
 
 /// A number from -1 to 1, by a seed and an index.
+#[inline(always)]
 pub(super) fn chance(index: u8, seed: &[f32], out: &mut [f32]) {
     let salt = 0x9e37_79b9_u32.wrapping_mul(u32::from(index) + 1);
     for (out, seed) in out.iter_mut().zip(seed) {

@@ -14,6 +14,7 @@ const BITS: f32 = 8_388_608.0;
 const SOFTNESS: f32 = 0.02;
 
 /// Applies a function of one number to arrays of equal length.
+#[inline(always)]
 pub(super) fn each(a: &[f32], out: &mut [f32], function: impl Fn(f32) -> f32) {
     for (out, a) in out.iter_mut().zip(a) {
         *out = function(*a);
@@ -21,6 +22,7 @@ pub(super) fn each(a: &[f32], out: &mut [f32], function: impl Fn(f32) -> f32) {
 }
 
 /// Applies a function of two numbers to arrays of equal length.
+#[inline(always)]
 pub(super) fn each_two(a: &[f32], b: &[f32], out: &mut [f32], function: impl Fn(f32, f32) -> f32) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = function(*a, *b);
@@ -28,92 +30,112 @@ pub(super) fn each_two(a: &[f32], b: &[f32], out: &mut [f32], function: impl Fn(
 }
 
 /// Applies a function of three numbers to arrays of equal length.
+#[inline(always)]
 pub(super) fn each_three(a: &[f32], b: &[f32], c: &[f32], out: &mut [f32], function: impl Fn(f32, f32, f32) -> f32) {
     for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
         *out = function(*a, *b, *c);
     }
 }
 
+#[inline(always)]
 pub(super) fn add(a: f32, b: f32) -> f32 {
     capped(a + b)
 }
 
+#[inline(always)]
 pub(super) fn subtract(a: f32, b: f32) -> f32 {
     capped(a - b)
 }
 
+#[inline(always)]
 pub(super) fn multiply(a: f32, b: f32) -> f32 {
     capped(a * b)
 }
 
 /// 0 where the divisor is 0.
+#[inline(always)]
 pub(super) fn divide(a: f32, b: f32) -> f32 {
     settled(a / b)
 }
 
+#[inline(always)]
 pub(super) fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+#[inline(always)]
 pub(super) fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
+#[inline(always)]
 pub(super) fn invert(a: f32) -> f32 {
     capped(1.0 - a)
 }
 
 /// a - b floor(a / b): the sign is that of b.
+#[inline(always)]
 pub(super) fn modulo(a: f32, b: f32) -> f32 {
     settled(a - b * floor(a / b))
 }
 
 /// The nearest multiple of b.
+#[inline(always)]
 pub(super) fn round(a: f32, b: f32) -> f32 {
     settled(b * nearest(a / b))
 }
 
 /// sign(a) |a|^b; 0 where a is 0.
+#[inline(always)]
 pub(super) fn power(a: f32, b: f32) -> f32 {
     let power = math::exp(b * math::ln(a.abs())).copysign(a);
     settled(if a == 0.0 { 0.0 } else { power })
 }
 
 /// ln |a| / ln |b|.
+#[inline(always)]
 pub(super) fn log(a: f32, b: f32) -> f32 {
     settled(math::ln(a.abs()) / math::ln(b.abs()))
 }
 
+#[inline(always)]
 pub(super) fn sqrt(a: f32) -> f32 {
     settled(a.sqrt())
 }
 
+#[inline(always)]
 pub(super) fn sin(a: f32) -> f32 {
     math::sin(a) + 0.0
 }
 
+#[inline(always)]
 pub(super) fn cos(a: f32) -> f32 {
     math::cos(a) + 0.0
 }
 
 /// The angle of (b, a), over pi.
+#[inline(always)]
 pub(super) fn atan(a: f32, b: f32) -> f32 {
     math::atan2(a, b) * FRAC_1_PI + 0.0
 }
 
+#[inline(always)]
 pub(super) fn and(a: f32, b: f32) -> f32 {
     of_bits(bits(a) & bits(b))
 }
 
+#[inline(always)]
 pub(super) fn or(a: f32, b: f32) -> f32 {
     of_bits(bits(a) | bits(b))
 }
 
+#[inline(always)]
 pub(super) fn xor(a: f32, b: f32) -> f32 {
     of_bits(bits(a) ^ bits(b))
 }
 
 /// The 23 bits after the point of a number that is mirrored at 0 and 1 until it lies between them.
+#[inline(always)]
 fn bits(a: f32) -> u32 {
     let folded = (a - 2.0 * nearest(a * 0.5)).abs();
     // A number from 1 to 2 has these bits as its mantissa.
@@ -121,17 +143,20 @@ fn bits(a: f32) -> u32 {
     (1.0 + below_one).to_bits() & 0x7f_ffff
 }
 
+#[inline(always)]
 fn of_bits(bits: u32) -> f32 {
     f32::from_bits(bits | 0x3f80_0000) - 1.0
 }
 
 /// b where a is above 0, else c, with a soft step between.
+#[inline(always)]
 pub(super) fn choose(a: f32, b: f32, c: f32) -> f32 {
     let t = (a / (2.0 * SOFTNESS) + 0.5).clamp(0.0, 1.0);
     capped(c + (b - c) * (t * t * (3.0 - 2.0 * t)))
 }
 
 /// From a to b as c goes from 0 to 1.
+#[inline(always)]
 pub(super) fn dissolve(a: f32, b: f32, c: f32) -> f32 {
     capped(a + (b - a) * c.clamp(0.0, 1.0))
 }
@@ -140,6 +165,7 @@ pub(super) fn dissolve(a: f32, b: f32, c: f32) -> f32 {
 pub(super) const SIXTHS: [f32; 3] = [5.0, 3.0, 1.0];
 
 /// Red, green or blue, by its sixth, of a hue in turns, a saturation and a value.
+#[inline(always)]
 pub(super) fn hue(sixth: f32, hue: f32, saturation: f32, value: f32) -> f32 {
     let sixth = sixth + 6.0 * (hue - floor(hue));
     let k = sixth - 6.0 * floor(sixth * (1.0 / 6.0));
