@@ -15,7 +15,7 @@ use super::Motion;
 use super::align::{Padding, align};
 use super::palette::{blend, blend_smoothly};
 use super::transition::{between, mixed};
-use crate::genome::{Affine, Genome, GenomeError, Interpolation, Space, Xform};
+use crate::genome::{Affine, Genome, GenomeError, Interpolation, Space, Xform, catmull_rom};
 
 /// Columns shorter than this are interpolated linearly in their length: its logarithm is too large.
 const SHORT: f64 = 4.54e-5;
@@ -144,13 +144,6 @@ impl Stretch {
         let (early, late) = (mix(before, from, part + 1.0), mix(to, after, part - 1.0));
         mix(&mix(&early, &middle, f64::midpoint(part, 1.0)), &mix(&middle, &late, part / 2.0), part)
     }
-}
-
-/// How much of each of four keys is in a point between the second and the third.
-fn catmull_rom(part: f64) -> [f64; 4] {
-    let (square, cube) = (part * part, part * part * part);
-    [-part + 2.0 * square - cube, 2.0 - 5.0 * square + 3.0 * cube, part + 4.0 * square - 3.0 * cube, cube - square]
-        .map(|doubled| doubled / 2.0)
 }
 
 impl Path {

@@ -42,6 +42,7 @@ pub use error::{GenomeError, Place};
 pub use finish::Finish;
 pub use library::{Library, PaletteBlend};
 pub use mark::MARK;
+pub(crate) use motion_curve::catmull_rom;
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use pose::Pose;

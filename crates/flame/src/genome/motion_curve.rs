@@ -18,49 +18,38 @@ use super::{Affine, Xform};
 /// The attribute of a transform whose curves were replaced by their values at a frame, which is its value.
 pub(super) const AT_FRAME: &str = "drawn_at_frame";
 
-/// The names of the curves of an affine part after its own, in the order in which they are applied: each coefficient,
-/// then the angle, then the scale.
-const CURVES: [&str; 8] = ["Coeff00", "Coeff01", "Coeff10", "Coeff11", "Coeff20", "Coeff21", "Rotate", "Scale"];
+/// The names of the curves of coefficients after that of the affine part, column by column.
+const COEFFICIENTS: [&str; 6] = ["Coeff00", "Coeff01", "Coeff10", "Coeff11", "Coeff20", "Coeff21"];
 
 /// Replaces curves of `xform` by their values at `frame`, a whole number. A curve that cannot be read stays, and is refused.
 pub(super) fn settle(xform: &mut Xform, frame: Option<&str>) {
     let Some(frame) = frame.and_then(integer::<i32>) else { return };
-    let said: HashMap<&str, &str> = xform.extra.iter().map(|(name, value)| (&**name, &**value)).collect();
+    let Xform { affine, post, extra, .. } = xform;
+    let said: HashMap<&str, &str> = extra.iter().map(|(name, value)| (&**name, &**value)).collect();
     let mut settled = Vec::new();
-    let (mut affine, mut post) = (xform.affine, xform.post);
-    for (part, prefix) in [(&mut affine, "xy"), (&mut post, "xyPost")] {
-        for (number, name) in CURVES.iter().enumerate() {
+    for (part, prefix) in [(affine, "xy"), (post, "xyPost")] {
+        let before = settled.len();
+        let mut value = |name: &str| {
             let curve = format!("{prefix}{name}Curve_");
-            if let Some(value) = Curve::read(&said, &curve).and_then(|points| points.at(f64::from(frame))) {
-                *part = changed(part, number, value);
-                settled.push(curve);
-            }
+            let value = Curve::read(&said, &curve)?.at(f64::from(frame))?;
+            settled.push(curve);
+            Some(value)
+        };
+        let mut columns = part.columns();
+        for (column, name) in columns.iter_mut().zip(COEFFICIENTS) {
+            *column = value(name).unwrap_or(*column);
+        }
+        let [a, d, b, e, c, f] = columns;
+        let turned = Affine { a, b, c, d, e, f }.turned(-value("Rotate").unwrap_or(0.0).to_radians());
+        let size = value("Scale").unwrap_or(1.0);
+        if settled.len() > before {
+            *part = Affine { a: turned.a * size, b: turned.b * size, d: turned.d * size, e: turned.e * size, ..turned };
         }
     }
-    if settled.is_empty() {
-        return;
+    if !settled.is_empty() {
+        extra.retain(|(name, _)| !settled.iter().any(|curve| name.starts_with(curve)));
+        extra.push((AT_FRAME.into(), frame.to_string()));
     }
-    (xform.affine, xform.post) = (affine, post);
-    xform.extra.retain(|(name, _)| !settled.iter().any(|curve| name.starts_with(curve)));
-    xform.extra.push((AT_FRAME.into(), frame.to_string()));
-}
-
-/// The affine part with what curve `number` of [`CURVES`] says.
-fn changed(part: &Affine, number: usize, value: f64) -> Affine {
-    let mut columns = part.columns();
-    match number {
-        6 => {
-            let (sin, cos) = libm::sincos(value.to_radians());
-            for axis in [0, 2] {
-                let (x, y) = (columns[axis], columns[axis + 1]);
-                (columns[axis], columns[axis + 1]) = (x * cos + y * sin, y * cos - x * sin);
-            }
-        }
-        7 => columns[..4].iter_mut().for_each(|number| *number *= value),
-        _ => columns[number] = value,
-    }
-    let [a, d, b, e, c, f] = columns;
-    Affine { a, b, c, d, e, f }
 }
 
 /// A curve over time.
@@ -105,41 +94,38 @@ impl Curve {
         }
         // The first and the last point count twice.
         let around = [points[after.saturating_sub(2)], from, to, points[(after + 1).min(points.len() - 1)]];
-        let [time, value] = [0, 1].map(|axis| Cubic::through(around.map(|point| point[axis])));
-        time.increases().then(|| value.at(time.reaches(frame)))
+        let [times, values] = [0, 1].map(|axis| around.map(|point| point[axis]));
+        increases(times).then(|| mixture(values, part_at(times, frame)))
     }
 }
 
-/// A cubic polynomial on `0.0..=1.0`, the constant first.
-struct Cubic([f64; 4]);
+/// How much of each of four points is in one between the second and the third (Catmull and Rom).
+pub(crate) fn catmull_rom(part: f64) -> [f64; 4] {
+    let (square, cube) = (part * part, part * part * part);
+    [-part + 2.0 * square - cube, 2.0 - 5.0 * square + 3.0 * cube, part + 4.0 * square - 3.0 * cube, cube - square]
+        .map(|doubled| doubled / 2.0)
+}
 
-impl Cubic {
-    /// From `b` to `c`, with half of the way from one neighbour to the other as slopes (Catmull and Rom).
-    fn through([a, b, c, d]: [f64; 4]) -> Cubic {
-        Cubic([b, (c - a) / 2.0, a - 2.5 * b + 2.0 * c - d / 2.0, (3.0 * (b - c) + d - a) / 2.0])
-    }
+fn mixture(numbers: [f64; 4], part: f64) -> f64 {
+    numbers.iter().zip(catmull_rom(part)).map(|(number, weight)| number * weight).sum()
+}
 
-    fn at(&self, t: f64) -> f64 {
-        let [c0, c1, c2, c3] = self.0;
-        ((c3 * t + c2) * t + c1) * t + c0
-    }
+/// Whether a mixture of `times`, which increase, grows with its part everywhere.
+fn increases([a, b, c, d]: [f64; 4]) -> bool {
+    // The slope is a parabola, and not below 0 at both ends.
+    let (first, bend, third) = ((c - a) / 2.0, a - 2.5 * b + 2.0 * c - d / 2.0, (3.0 * (b - c) + d - a) / 2.0);
+    let is_lowest_within = third > 0.0 && -bend > 0.0 && -bend < 3.0 * third;
+    !is_lowest_within || first - bend * bend / (3.0 * third) >= 0.0
+}
 
-    /// Whether its slope, which is not below 0 at both ends, is nowhere so.
-    fn increases(&self) -> bool {
-        let [_, c1, c2, c3] = self.0;
-        let is_lowest_within = c3 > 0.0 && -c2 > 0.0 && -c2 < 3.0 * c3;
-        !is_lowest_within || c1 - c2 * c2 / (3.0 * c3) >= 0.0
+/// The part at which a mixture of `times` that increases is `time`, by halving.
+fn part_at(times: [f64; 4], time: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = f64::midpoint(low, high);
+        *(if mixture(times, middle) < time { &mut low } else { &mut high }) = middle;
     }
-
-    /// Where one that increases has `value`, by halving.
-    fn reaches(&self, value: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..f64::MANTISSA_DIGITS {
-            let middle = f64::midpoint(low, high);
-            *(if self.at(middle) < value { &mut low } else { &mut high }) = middle;
-        }
-        low
-    }
+    low
 }
 
 #[cfg(test)]
