@@ -15,7 +15,7 @@ use crate::render::RenderError;
 use crate::render::plan::{CompiledXform, Passed, Plan, Summand};
 use crate::render::shot::Shot;
 use variations::number::series;
-use variations::{Compiled, Kind, MAX_PARAMETERS};
+use variations::{Compiled, MAX_PARAMETERS};
 
 /// Most variations in all forms of transforms of a frame: a driver takes seconds to compile so many.
 const MOST_CALLS: usize = 2000;
@@ -231,7 +231,7 @@ fn beyond(plan: &Plan) -> Option<&'static str> {
         let runs = xform.variations.iter().any(|summand| !matches!(summand, Summand::Plain(_)));
         runs || !xform.after.is_empty() || xform.before.iter().any(|passed| passed.presence.is_some())
     };
-    let counts = |summand: &Summand| matches!(summand, Summand::Plain(it) if it.kind == Kind::FractJuliaWf);
+    let counts = |summand: &Summand| matches!(summand, Summand::Plain(it) if Tape::of(it).depends);
     if plan.has_z {
         Some("flames in three dimensions")
     } else if plan.begins_again < 1.0 {

@@ -5,7 +5,7 @@
 //!
 //! Start at [`Tape::of`].
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::f64::consts::{LN_2, LOG2_E};
 use std::fmt::Write;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -18,6 +18,8 @@ use variations::{Compiled, Formula, Visitor};
 pub(super) struct Tape {
     steps: RefCell<Vec<Step>>,
     constants: RefCell<Vec<f64>>,
+    /// Whether the formula asked whether something holds anywhere.
+    asks: Cell<bool>,
 }
 
 /// What a formula does. Equal for formulas that differ in nothing but constants.
@@ -47,6 +49,8 @@ pub(super) struct Recorded {
     pub(super) steps: Steps,
     /// In the order in which steps have them.
     pub(super) constants: Vec<f64>,
+    /// Whether how much it does depends on the point, which no tape knows: it is not the whole formula.
+    pub(super) depends: bool,
 }
 
 /// A number that writes itself down.
@@ -72,7 +76,7 @@ impl Tape {
         let tape = Tape::default();
         let results = variation.kind.visit(Record { tape: &tape, variation });
         let steps = Steps { steps: tape.steps.into_inner(), results };
-        Recorded { steps, constants: tape.constants.into_inner() }
+        Recorded { steps, constants: tape.constants.into_inner(), depends: tape.asks.get() }
     }
 
     fn push(&self, form: &'static str, inputs: [u32; 3]) -> u32 {
@@ -204,9 +208,9 @@ impl<'t> Not for Truth<'t> {
 }
 
 impl Mask for Truth<'_> {
-    /// What is recorded knows no point: `program.rs` refuses formulas that would go on for long.
     fn any(self) -> bool {
-        true
+        self.tape.asks.set(true);
+        false
     }
 }
 
