@@ -1,7 +1,7 @@
 //! Which values of parameters cannot be drawn, and from which program a variation comes.
 //!
-//! Owns the list of limits. Formulas move points and have no colour and no state, so that a parameter that would change the
-//! colour must be neutral; and where no exact formula is known for some values, these are refused. Never draws.
+//! Owns the list of limits. Where no exact formula is known for some values of a parameter, these are refused. Formulas have
+//! no state from point to point. Never draws.
 //!
 //! Start at [`Variation::undrawn`].
 

@@ -57,7 +57,7 @@ pub(crate) enum Kernel {
 
 impl Kernel {
     /// Nanoseconds a sample on one core of a server of 2024, with the vector instructions that every x86-64 has; measured one
-    /// by one. With those of [`vectorized`] it is a third to a fifth. For estimates only: no pixel depends on them. `examples/expression-speed.rs` compares an
+    /// by one. Those of [`vectorized`] take less. For estimates only: no pixel depends on them. `examples/expression-speed.rs` compares an
     /// estimate with a measurement.
     pub(crate) fn ns(self) -> f32 {
         match self {
