@@ -79,22 +79,31 @@ impl Progress {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::OnceLock;
+
     use super::*;
     use crate::jobs::{Kind, NewJob, Priority};
 
     impl Progress {
         /// A handle that nobody listens to.
         pub(crate) fn detached() -> Self {
-            let shared = Shared::alone();
+            Self::cancelled_after(u64::MAX)
+        }
+
+        /// A handle that nobody listens to, of a job that is cancelled as soon as so many steps are done.
+        pub(crate) fn cancelled_after(steps: u64) -> Self {
+            let flag = Arc::new(OnceLock::<Arc<AtomicBool>>::new());
+            let begun = Arc::clone(&flag);
+            let shared = Shared::alone(Box::new(move |job| {
+                if let Some(flag) = begun.get().filter(|_| job.done >= steps) {
+                    flag.store(true, Ordering::Relaxed);
+                }
+            }));
             let new = NewJob::new(Priority::Clip, Kind::Render, "");
             let id = shared.push(new, Box::new(|_| Ok(serde_json::Value::Null))).id;
             let cancel = shared.begin(id);
+            flag.set(Arc::clone(&cancel)).expect("it is set once");
             Self::new(shared, id, cancel)
-        }
-
-        /// The flag behind [`Progress::is_cancelled`], for code that takes one.
-        pub(crate) fn cancel_flag(&self) -> &AtomicBool {
-            &self.cancel
         }
 
         /// Cancels this job, as [`super::Queue::cancel`] does.

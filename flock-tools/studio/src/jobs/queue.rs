@@ -374,6 +374,8 @@ impl Inner {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicU64;
+
     use super::*;
     use crate::jobs::Kind;
 
@@ -400,11 +402,12 @@ mod tests {
     }
 
     impl Shared {
-        /// What a handle without a queue has.
-        pub(in crate::jobs) fn alone() -> Arc<Self> {
-            let clock: Clock = || Duration::ZERO;
-            let (inner, changed, listener) = (Mutex::default(), Condvar::new(), Box::new(|_: &Job| {}));
-            Arc::new(Self { inner, changed, clock, listener })
+        /// What a handle without a queue has. Its clock goes on by a second with each reading, so that `listener` gets every
+        /// change.
+        pub(in crate::jobs) fn alone(listener: Listener) -> Arc<Self> {
+            static READINGS: AtomicU64 = AtomicU64::new(0);
+            let clock: Clock = || Duration::from_secs(READINGS.fetch_add(1, Ordering::Relaxed));
+            Arc::new(Self { inner: Mutex::default(), changed: Condvar::new(), clock, listener })
         }
     }
 }

@@ -6,7 +6,8 @@
 //! Start at [`Media::to_render`] and [`Media::render`].
 
 use std::collections::HashSet;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use flame::Backend;
 use flock::{ClipPath, Manifest, SheepId};
@@ -113,9 +114,10 @@ impl Media {
             *locked(&of_hashes) = written;
         };
         let made = with_flag(progress, |stop| {
-            let stop = stop.clone();
+            let follower = Follower { progress, stop };
+            let stop = Arc::clone(stop);
             let options = RunOptions { threads, keep_frames: false, stop, part: Part::Whole, shows_progress: false };
-            make_watched([plan], &look, &self.folder, &options, &finished, &Follower(progress))
+            make_watched([plan], &look, &self.folder, &options, &finished, &follower)
         });
         let made = made.map_err(|error| chain(&error))?;
         of_hashes.into_inner().unwrap_or_else(PoisonError::into_inner)?;
@@ -138,18 +140,23 @@ impl Media {
     }
 }
 
-/// Tells a job what the renderer does, and holds the renderer while the job is held.
-struct Follower<'a>(&'a Progress);
+/// Reports to a job how many frames are rendered; holds the renderer while the job is held, and stops it between two frames
+/// once the job is cancelled.
+struct Follower<'a> {
+    progress: &'a Progress,
+    stop: &'a AtomicBool,
+}
 
 impl Watch for Follower<'_> {
     fn hold(&self) {
-        self.0.wait_if_paused();
+        self.progress.wait_if_paused();
+        self.stop.fetch_or(self.progress.is_cancelled(), Ordering::Relaxed);
     }
 
     fn rendered(&self, done: u64, of: u64) {
-        self.0.set(done, of);
+        self.progress.set(done, of);
         if done == of {
-            self.0.log("all frames are there; they are encoded");
+            self.progress.log("all frames are there; they are encoded");
         }
     }
 }

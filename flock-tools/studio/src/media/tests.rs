@@ -4,11 +4,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::Duration;
 
 use flock::{Clip, ClipPath, FILE_NAME, Manifest, SheepId};
-use operations::program::now;
 use timing::FrameCount;
 use video::Form;
 
@@ -227,20 +224,8 @@ fn a_transition_that_does_not_exist_is_seen_and_judged_before_it_is_rendered() {
 fn a_cancelled_render_keeps_its_frames_and_the_next_one_goes_on() {
     let flock = TestFlock::new();
     let path = ClipPath::new("loops/lagoon.mp4").unwrap();
-    let frames = || fs::read_dir(flock.at(".render/loops/lagoon.mp4")).map_or(0, Iterator::count);
-    let progress = Progress::detached();
-    let stopped = thread::scope(|scope| {
-        let job = scope.spawn(|| flock.media.render(&path, false, &progress));
-        for _ in 0..6000 {
-            if frames() > 2 {
-                break;
-            }
-            now::pause(Duration::from_millis(10), progress.cancel_flag());
-        }
-        progress.cancel();
-        job.join().unwrap()
-    });
-    let kept = frames();
+    let stopped = flock.media.render(&path, false, &Progress::cancelled_after(3));
+    let kept = fs::read_dir(flock.at(".render/loops/lagoon.mp4")).map_or(0, Iterator::count);
     assert!(stopped.is_err() && kept > 2 && !flock.at("loops/lagoon.mp4").exists(), "{stopped:?} {kept}");
     let made = flock.media.render(&path, false, &Progress::detached()).unwrap();
     let rendered = made["frames"].as_u64().unwrap() as usize;
