@@ -15,7 +15,7 @@ use crate::{Compiled, Formula, Visitor};
 use species::Rng;
 
 /// Parameters with which those that are not in [`CASES`] are tried.
-pub(super) const RANDOM: [(Kind, &[&[f64]]); 24] = [
+pub(super) const RANDOM: [(Kind, &[&[f64]]); 25] = [
     (Blur3D, &[&[]]),
     (
         Falloff2,
@@ -53,16 +53,17 @@ pub(super) const RANDOM: [(Kind, &[&[f64]]); 24] = [
         ],
     ),
     (FractJuliaWf, &[&[100.0, -1.0, 1.0, -1.2, 1.2, 0.0, 2.0, 0.35, 0.09, 1.0, 1.0, 4.0, -5.0, 3.0, 7.0, 3.8]]),
+    (Mandelbrot, &[&[100.0, -1.6, 1.6, -1.2, 1.2, 0.0, 0.012, 0.0, 0.0, -1.0, 1234.0, 0.0]]),
 ];
 
 /// Images of `point`, as many as `count`.
-fn drawn(kind: Kind, w: f64, q: &[f64], point: [f64; 3], count: usize) -> Vec<[f64; 3]> {
+pub(super) fn drawn(kind: Kind, w: f64, q: &[f64], point: [f64; 3], count: usize) -> Vec<[f64; 3]> {
     let (compiled, mut random) = (compiled(kind, w, q), Rng::stream(3, kind as u64));
     (0..count).map(|_| kind.visit(At(&compiled, point, &mut random))).collect()
 }
 
 /// How far the values' distribution is from `share`, the part of them that is below a value: 0..1.
-fn misfit(mut values: Vec<f64>, share: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn misfit(mut values: Vec<f64>, share: impl Fn(f64) -> f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let count = values.len() as f64;
     values.iter().enumerate().map(|(i, value)| (share(*value) - (i as f64 + 0.5) / count).abs()).fold(0.0, f64::max)

@@ -217,7 +217,7 @@ impl Visitor for InColour<'_> {
 }
 
 /// The image of a point with the colour 0.675, after the sum (0.27, -0.99, 0), with these random numbers.
-fn coloured(kind: Kind, w: f64, q: &[f64], random: &[f64]) -> ([f64; 3], f64) {
+pub(super) fn coloured(kind: Kind, w: f64, q: &[f64], random: &[f64]) -> ([f64; 3], f64) {
     let compiled = compiled(kind, w, q);
     let point = [0.3, -1.1, 0.4];
     let from = Coloured { point, sum: [0.27, -0.99, 0.0], colour: 0.675 };
@@ -323,41 +323,6 @@ fn only_shifts_of_colours_make_a_variation_one_in_colour() {
         variation.params[parameter] = -0.3;
         assert!(variation.changes_colour(), "{kind:?}");
     }
-}
-
-/// The steps until `z` escapes, of 60 at most.
-fn steps(z: C, count: f64) -> f64 {
-    if count > 60.0 || z.0.hypot(z.1) >= 2.0 { count } else { steps(z * z + C(0.35, 0.09), count + 1.0) }
-}
-
-#[test]
-fn a_julia_set_has_its_points_by_the_steps_until_they_escape() {
-    let q = |spare: f64, least: f64, is_log: f64| {
-        let before = [60.0, -1.0, 1.0, -1.2, 1.2, 0.0, 2.0, 0.35, 0.09, 1.0, 1.5, least, spare, 1.0, 7.0];
-        [&before[..], &[3.8, 0.1, -0.2, 0.05, 0.0, is_log, 0.0]].concat()
-    };
-    let mut random = Rng::stream(11, 7);
-    let mut refused = [0; 4];
-    for number in 0..400 {
-        let (spare, least, is_log) = if number % 2 == 0 { (-5.0, 4.0, 0.0) } else { (5.0, -1.0, 1.0) };
-        let drawn: Vec<f64> = (0..8).map(|_| Rng::unit(&mut random)).collect();
-        let tries = drawn.chunks_exact(2).map(|u| C(2.0 * u[0] - 1.0, 2.4 * u[1] - 1.2));
-        let is_kept = |z: &C| number % 2 == 1 || (4.0 < steps(*z, 2.0) && steps(*z, 2.0) < 55.0);
-        // After four the last one is what there is.
-        let kept = tries.clone().position(|z| is_kept(&z));
-        refused[kept.unwrap_or(3)] += 1;
-        let z = tries.clone().nth(kept.unwrap_or(3)).unwrap();
-        let part = steps(z, 2.0) / 60.0;
-        let height = if is_log == 0.0 { part } else { (part + 1.0).log10() };
-        let expected = [(z.0 + 0.1) * 2.66, (z.1 - 0.2) * 2.66, (height * 0.15 + 0.05) * 2.66];
-        let colour = if part + 0.675 > 1.0 { part - 0.325 } else { part + 0.675 };
-        let (found, its) = coloured(FractJuliaWf, 0.7, &q(spare, least, is_log), &drawn);
-        assert!(are_near(&found, &expected) && (its - colour).abs() < 1e-9, "{number}: {found:?}, not {expected:?}");
-    }
-    assert!(refused.iter().all(|count| *count > 0), "{refused:?}");
-    let mut quiet = q(-5.0, 4.0, 0.0);
-    quiet[9] = 0.0;
-    assert_eq!(coloured(FractJuliaWf, 0.7, &quiet, &[0.5; 8]).1, 0.675);
 }
 
 /// Formulas that touch z alone: what each makes of a point, before the weight.

@@ -32,6 +32,8 @@ mod expected;
 #[cfg(test)]
 mod expected_chance;
 #[cfg(test)]
+mod expected_escape;
+#[cfg(test)]
 mod expected_later;
 #[cfg(test)]
 mod expected_more;
@@ -419,6 +421,10 @@ kinds! {
         max_iter 100.0, xmin -1.0, xmax 1.0, ymin -1.2, ymax 1.2, buddhabrot_mode 0.0, power 2.0, xseed 0.35, yseed 0.09,
         direct_color 1.0, scalez 1.0, clip_iter_min 4.0, clip_iter_max -5.0, max_clip_iter 3.0, buddhabrot_min_iter 7.0,
         scale 3.8, offsetx 0.0, offsety 0.0, offsetz 0.0, z_fill 0.0, z_logscale 0.0, color_only 0.0
+    ];
+    escape::Mandelbrot "mandelbrot" [
+        iter 100.0, xmin -1.6, xmax 1.6, ymin -1.2, ymax 1.2, invert 0.0, skin 0.012, cx 0.0, cy 0.0, max_points -1.0, seed 1234.0,
+        rnd_z_range 0.0
     ];
 }
 

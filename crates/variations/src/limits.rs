@@ -94,6 +94,13 @@ impl Kind {
                 ("z_fill", Limit::Only(&[0.0])),
                 ("color_only", Limit::Only(&[0.0])),
             ],
+            Kind::Mandelbrot => &[
+                ("iter", Limit::Between(2.0, 200.0)),
+                ("invert", Limit::Only(&[0.0])),
+                ("skin", Limit::Between(0.0, 1.0)),
+                ("max_points", Limit::Only(&[-1.0])),
+                ("rnd_z_range", Limit::Only(&[0.0])),
+            ],
             Kind::Target | Kind::TargetSp => &[("size", Limit::Beyond(1e-4))],
             Kind::TileHlp => &[("width", Limit::Beyond(1e-4))],
             Kind::Juliac => &[("re", Limit::Beyond(1e-4))],
@@ -129,6 +136,7 @@ impl Kind {
             | Kind::EpispiralWf
             | Kind::FractJuliaWf
             | Kind::Juliac
+            | Kind::Mandelbrot
             | Kind::PointSymmetryWf
             | Kind::Spherical3D
             | Kind::Spherical3DWf
