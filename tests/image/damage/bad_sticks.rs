@@ -31,9 +31,10 @@ const ERRORS: (u64, [u8; 2]) = (1024 + 0x3c, [3, 0]);
 /// For the unit's shell: allows ext4, too.
 const ALLOWED: &str =
     "echo STICKS=vfat,exfat,ext4 > /run/sticks.conf && mount --bind /run/sticks.conf /etc/dreams/sticks.conf";
-/// For the unit's shell: waits until every partition with a file system was handled.
+/// For the unit's shell: waits until every partition with a file system was handled. One that waits for the settings of its
+/// stick is not active yet, and has a job.
 const ALL_LOOKED_AT: &str = "sleep 5; udevadm settle -t 600; \
-    while systemctl list-units --plain --no-legend --state=activating 'dreams-update@*' | grep -q .; do sleep 2; done";
+    while systemctl list-jobs --plain --no-legend 'dreams-*@sd*' | grep -q .; do sleep 2; done";
 /// For the unit's shell: the number of partitions that were mounted.
 const MOUNTED: &str = "journalctl --boot --output=cat --identifier=systemd | grep -c '^Finished dreams-update@'";
 
