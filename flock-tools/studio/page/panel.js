@@ -281,11 +281,12 @@ export class Panel {
    * @param {HTMLElement} into
    */
   async middles(from, to, into) {
+    // Their places are there from the first, so that what is below does not move under the pointer.
+    into.replaceChildren(...[1, 2, 3].map(() => make('span', { class: 'thumb waits' })))
     try {
       const ask = () => this.api.post('/api/previews', { from, to, kind: 'middles' })
       let told = await ask()
       if (!told.ready) {
-        into.replaceChildren(...[1, 2, 3].map(() => make('span', { class: 'thumb waits' })))
         if (!await this.ready(told.job.id, into)) return
         told = await ask()
       }

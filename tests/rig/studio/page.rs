@@ -219,14 +219,21 @@ impl Page {
     }
 
     /// Where the middle of the element is that the expression `finder` finds, once it is there and visible; it is
-    /// scrolled into view.
+    /// scrolled into view, and has not moved for a frame.
     pub fn middle(&self, finder: &str) -> (f64, f64) {
         self.until(&format!("`{finder}` is there"), &format!("({finder})?.checkVisibility()"));
         let place = self.ask(&format!(
-            "(() => {{ const item = {finder}
+            "(async () => {{ let item = {finder}
                item.scrollIntoView({{ block: 'nearest', inline: 'nearest', behavior: 'instant' }})
-               const box = item.getBoundingClientRect()
-               return [box.x + box.width / 2, box.y + box.height / 2] }})()"
+               let last, place = []
+               for (let frame = 0; frame < 60 && last !== String(place); frame++) {{
+                 last = String(place)
+                 await new Promise(done => requestAnimationFrame(done))
+                 item = {finder} ?? item
+                 const box = item.getBoundingClientRect()
+                 place = [box.x + box.width / 2, box.y + box.height / 2]
+               }}
+               return place }})()"
         ));
         let number = |at: usize| place[at].as_f64().expect("a place is numbers");
         (number(0), number(1))
