@@ -21,7 +21,7 @@ const CALLS: f64 = 32.0;
 const TRIES: f64 = 10.0;
 const REFUSED_BESIDE: f64 = 3.0;
 /// The most steps of an orbit that are counted. Where every try is refused, a point takes 320 orbits.
-const MOST_STEPS: f64 = 200.0;
+pub(super) const MOST_STEPS: f64 = 200.0;
 /// How far away a point goes, to either side, if its call gave up.
 const AWAY: f64 = 1e5;
 
@@ -96,7 +96,7 @@ colours! {
     }
 }
 
-/// How many of the first `most` places of the orbit of z² + `seed` are near the origin, the first at `place`; and the next one
+/// How many of the first `most` places of an orbit of z² + `seed` are near the origin, its beginning among them; and the place
 /// after them, which has escaped if they are fewer than `most`.
 #[inline(always)]
 fn escape<N: Number>([mut x, mut y]: [N; 2], seed: [N; 2], most: f64) -> (N, [N; 2]) {

@@ -9,9 +9,15 @@ use super::expected_chance::{drawn, misfit};
 use super::expected_probed::{Known, are_near, coloured};
 use species::Rng;
 
-/// The steps until `z` escapes, of 60 at most.
-fn steps(z: C, count: f64) -> f64 {
-    if count > 60.0 || z.0.hypot(z.1) >= 2.0 { count } else { steps(z * z + C(0.35, 0.09), count + 1.0) }
+/// How many of the first `most` places of the orbit of z² + `seed` from `z` on are nearer than 2, and the place after them.
+fn orbit(mut z: C, seed: C, most: usize) -> (usize, C) {
+    for count in 0..most {
+        if z.0.hypot(z.1) >= 2.0 {
+            return (count, z);
+        }
+        z = z * z + seed;
+    }
+    (most, z)
 }
 
 #[test]
@@ -20,18 +26,20 @@ fn a_julia_set_has_its_points_by_the_steps_until_they_escape() {
         let before = [60.0, -1.0, 1.0, -1.2, 1.2, 0.0, 2.0, 0.35, 0.09, 1.0, 1.5, least, spare, 1.0, 7.0];
         [&before[..], &[3.8, 0.1, -0.2, 0.05, 0.0, is_log, 0.0]].concat()
     };
+    // The program counts from 2.
+    let steps = |z: C| orbit(z, C(0.35, 0.09), 59).0 as f64 + 2.0;
     let mut random = Rng::stream(11, 7);
     let mut refused = [0; 4];
     for number in 0..400 {
         let (spare, least, is_log) = if number % 2 == 0 { (-5.0, 4.0, 0.0) } else { (5.0, -1.0, 1.0) };
         let drawn: Vec<f64> = (0..8).map(|_| Rng::unit(&mut random)).collect();
         let tries = drawn.chunks_exact(2).map(|u| C(2.0 * u[0] - 1.0, 2.4 * u[1] - 1.2));
-        let is_kept = |z: &C| number % 2 == 1 || (4.0 < steps(*z, 2.0) && steps(*z, 2.0) < 55.0);
+        let is_kept = |z: &C| number % 2 == 1 || (4.0 < steps(*z) && steps(*z) < 55.0);
         // After four the last one is what there is.
         let kept = tries.clone().position(|z| is_kept(&z));
         refused[kept.unwrap_or(3)] += 1;
         let z = tries.clone().nth(kept.unwrap_or(3)).unwrap();
-        let part = steps(z, 2.0) / 60.0;
+        let part = steps(z) / 60.0;
         let height = if is_log == 0.0 { part } else { (part + 1.0).log10() };
         let expected = [(z.0 + 0.1) * 2.66, (z.1 - 0.2) * 2.66, (height * 0.15 + 0.05) * 2.66];
         let colour = if part + 0.675 > 1.0 { part - 0.325 } else { part + 0.675 };
@@ -42,18 +50,6 @@ fn a_julia_set_has_its_points_by_the_steps_until_they_escape() {
     let mut quiet = q(-5.0, 4.0, 0.0);
     quiet[9] = 0.0;
     assert_eq!(coloured(FractJuliaWf, 0.7, &quiet, &[0.5; 8]).1, 0.675);
-}
-
-/// How many of the first `most` places of the orbit of z² + `c` from `c` on are nearer than 2, and the place after them.
-fn orbit(c: C, most: usize) -> (usize, C) {
-    let mut z = c;
-    for count in 0..most {
-        if z.0.hypot(z.1) >= 2.0 {
-            return (count, z);
-        }
-        z = z * z + c;
-    }
-    (most, z)
 }
 
 /// A walk over the edge of the set as JWildfire makes it, from call to call.
@@ -81,7 +77,7 @@ impl Walk {
                 Some(C(x, y)) => C(x + (u() - 0.5) * (self.skin + 0.001), y + (u() - 0.5) * (self.skin + 0.001)),
                 None => C(3.2 * u() - 1.6, 2.4 * u() - 1.2),
             };
-            let (count, end) = orbit(next, 100);
+            let (count, end) = orbit(next, next, 100);
             (self.end, self.is_anew) = (end, beside.is_none());
             if count < 100 && count as f64 >= 10.0 * (1.0 - self.skin) {
                 self.place = Some(next);

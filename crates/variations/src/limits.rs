@@ -5,6 +5,7 @@
 //!
 //! Start at [`Variation::undrawn`].
 
+use super::escape::MOST_STEPS;
 use super::{Kind, Variation};
 
 /// Which values of a parameter are drawn.
@@ -95,7 +96,7 @@ impl Kind {
                 ("color_only", Limit::Only(&[0.0])),
             ],
             Kind::Mandelbrot => &[
-                ("iter", Limit::Between(2.0, 200.0)),
+                ("iter", Limit::Between(2.0, MOST_STEPS)),
                 ("invert", Limit::Only(&[0.0])),
                 ("skin", Limit::Between(0.0, 1.0)),
                 ("max_points", Limit::Only(&[-1.0])),

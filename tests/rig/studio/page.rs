@@ -219,7 +219,7 @@ impl Page {
     }
 
     /// Where the middle of the element is that the expression `finder` finds, once it is there and visible; it is
-    /// scrolled into view, and has not moved for a frame.
+    /// scrolled into view, and has not moved for a frame; one that never rests is taken after 60.
     pub fn middle(&self, finder: &str) -> (f64, f64) {
         self.until(&format!("`{finder}` is there"), &format!("({finder})?.checkVisibility()"));
         let place = self.ask(&format!(
